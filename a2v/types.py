@@ -1,0 +1,455 @@
+"""The values on the arrows between stages: few, immutable, plain numbers.
+
+Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**, the
+person faces **+z**, so the person's left is **+x**; the ground is ``y = 0``; float32 at rest.
+Every type has `save` and `load` to one ``.npz`` (no pickles).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import Self
+
+from a2v.errors import InputError
+from a2v.io import read_npz, write_npz
+
+FloatArray = NDArray[np.floating[Any]]
+IntArray = NDArray[np.integer[Any]]
+ByteArray = NDArray[np.uint8]
+BoolArray = NDArray[np.bool_]
+
+View = Literal["front", "back", "left", "right"]
+VIEWS: tuple[View, ...] = ("front", "back", "left", "right")
+
+_R = TypeVar("_R", bound="Record")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Base of the stage types: an immutable bundle of arrays that one ``.npz`` holds.
+
+    `provenance` records what made the value (versions, seed, parameters, hashes of inputs and weights);
+    it must be JSON.
+    """
+
+    provenance: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Flatten to named numpy arrays without pickles (nested records become ``outer.inner``)."""
+        arrays: dict[str, np.ndarray] = {}
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if value is None:
+                continue
+            if isinstance(value, Record):
+                arrays |= {f"{item.name}.{name}": array for name, array in value.to_arrays().items()}
+            elif isinstance(value, np.ndarray):
+                arrays[item.name] = value
+            elif isinstance(value, Mapping) and value and all(isinstance(v, np.ndarray) for v in value.values()):
+                arrays |= {f"{item.name}.{name}": array for name, array in value.items()}
+            elif isinstance(value, str | int | float | bool):
+                arrays[item.name] = np.asarray(value)
+            else:  # tuples of text or numbers, JSON mappings
+                arrays[item.name] = np.asarray(json.dumps(value, sort_keys=True))
+        return arrays
+
+    @classmethod
+    def from_arrays(cls: type[_R], arrays: Mapping[str, np.ndarray]) -> _R:
+        """The inverse of `to_arrays`.
+
+        Raises
+        ------
+        InputError
+            An array is missing, or has another shape or type than the class documents.
+        """
+        hints = get_type_hints(cls)
+        values: dict[str, Any] = {}
+        for item in dataclasses.fields(cls):
+            name, kind = item.name, _without_none(hints[item.name])
+            nested = {key[len(name) + 1 :]: array for key, array in arrays.items() if key.startswith(f"{name}.")}
+            if isinstance(kind, type) and issubclass(kind, Record):
+                if nested:
+                    values[name] = kind.from_arrays(nested)
+            elif nested:
+                values[name] = nested
+            elif name in arrays:
+                values[name] = _decode(arrays[name], kind)
+            elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
+                raise InputError(f"no array '{name}' for a {cls.__name__}; found: {', '.join(sorted(arrays)) or 'nothing'}")
+        return cls(**values)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write one ``.npz`` atomically."""
+        write_npz(path, self.to_arrays())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read what `save` wrote.
+
+        Raises
+        ------
+        InputError
+            The file is no readable ``.npz`` or not of this type; the message names the file.
+        """
+        try:
+            return cls.from_arrays(read_npz(path))
+        except InputError as error:
+            message = str(error)
+            raise error if str(path) in message else InputError(f"{path}: {message}") from None
+
+    def _check(self, name: str, shape: tuple[int | str | None, ...], sizes: dict[str, int] | None = None, *, leading: bool = False) -> None:
+        """Check the shape of array field `name`; letters in `shape` must agree across calls through `sizes`."""
+        value = np.asarray(getattr(self, name))
+        sizes = {} if sizes is None else sizes
+        dims = value.shape[value.ndim - len(shape) :] if leading else value.shape
+        good = len(dims) == len(shape) and value.ndim >= len(shape)
+        for got, want in zip(dims, shape, strict=False):
+            if isinstance(want, str):
+                good &= sizes.setdefault(want, got) == got
+            elif want is not None:
+                good &= got == want
+        if not good:
+            expected = ", ".join(str(sizes.get(str(want), want)) if want is not None else "any" for want in shape)
+            raise InputError(f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})")
+        if np.issubdtype(value.dtype, np.floating) and not np.isfinite(value).all() and name != "keypoints_3d":
+            raise InputError(f"{type(self).__name__}.{name} holds NaN or infinite numbers")
+
+
+def _without_none(hint: Any) -> Any:
+    if get_origin(hint) in (typing.Union, types.UnionType):
+        return next(part for part in get_args(hint) if part is not type(None))
+    return hint
+
+
+def _decode(array: np.ndarray, kind: Any) -> Any:
+    if kind in (str, int, float, bool):
+        return kind(array.item())
+    if get_origin(kind) is Literal:
+        return str(array.item())
+    if get_origin(kind) is tuple:
+        return _to_tuple(json.loads(str(array.item())))
+    if get_origin(kind) is not None and issubclass(typing.cast(type, get_origin(kind)), Mapping):
+        return json.loads(str(array.item()))
+    return array
+
+
+def _to_tuple(value: Any) -> Any:
+    return tuple(_to_tuple(item) for item in value) if isinstance(value, list) else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion(Record):
+    """A clip of skeletal motion, or a batch of equally long clips.
+
+    Attributes
+    ----------
+    joints : (..., T, J, 3) float32
+        Joint positions, metres, world, y up.
+    rotations : (..., T, J, 3) float32
+        Rotation vectors, radians, in the papers' *chain* convention (Eq. 6): entry ``j`` turns the bone that
+        ends at joint ``j`` relative to the previous bone of its kinematic chain; a chain starts from the
+        identity, and entry 0 is zero. ``joints = forward_kinematics(rotations, root, bones)``.
+    root : (..., T, 3) float32
+        Position of joint 0, metres.
+    fps : float
+        Frames per second.
+    parents : (J,) int
+        Index of each joint's parent, parents first, -1 for the root.
+    joint_names : tuple of J str
+    skeleton : str
+        Name of the skeleton in `a2v.kinematics.SKELETONS`, or "custom".
+    action : str
+        What is done; a comma between the actions of a transition.
+    seed : int
+        Seed of the generation; -1 for recorded motion.
+    """
+
+    joints: FloatArray
+    rotations: FloatArray
+    root: FloatArray
+    fps: float
+    parents: IntArray
+    joint_names: tuple[str, ...]
+    skeleton: str = "custom"
+    action: str = ""
+    seed: int = -1
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        self._check("joints", ("T", "J", 3), sizes, leading=True)
+        self._check("rotations", ("T", "J", 3), sizes, leading=True)
+        self._check("root", ("T", 3), sizes, leading=True)
+        self._check("parents", ("J",), sizes)
+        if len(self.joint_names) != sizes["J"]:
+            raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
+        if sizes["T"] < 1:
+            raise InputError("Motion has no frames")
+        if not (np.isfinite(self.fps) and self.fps > 0):
+            raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
+        order = np.arange(sizes["J"])
+        if self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
+            raise InputError("Motion.parents must list parents before children, with -1 for joint 0 alone")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return int(self.joints.shape[-3])
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """Leading batch shape; empty for one clip."""
+        return tuple(self.joints.shape[:-3])
+
+    def __getitem__(self, index: Any) -> Motion:
+        """The clip(s) at `index` of the leading batch dimensions."""
+        if not self.batch:
+            raise InputError("this Motion is a single clip, not a batch")
+        return dataclasses.replace(self, joints=self.joints[index], rotations=self.rotations[index], root=self.root[index])
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrthographicCamera(Record):
+    """The photo's camera: on +z, looking down -z, orthographic (weak perspective).
+
+    A point (x, y, z) in metres lands on the pixel ``u = center_u + scale * x``, ``v = center_v - scale * y``,
+    with u to the right, v downwards and the centre of the first pixel at (0.5, 0.5). Larger z is nearer.
+
+    Attributes
+    ----------
+    scale : float
+        Pixels per metre.
+    center_u, center_v : float
+        Pixel of the world's origin.
+    """
+
+    scale: float
+    center_u: float
+    center_v: float
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Map points (..., 3) metres to pixels (..., 2)."""
+        return np.stack([self.center_u + self.scale * points[..., 0], self.center_v - self.scale * points[..., 1]], axis=-1)
+
+    def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
+        """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3)."""
+        x = (pixels[..., 0] - self.center_u) / self.scale
+        y = (self.center_v - pixels[..., 1]) / self.scale
+        return np.stack([x, y, np.broadcast_to(depth, x.shape)], axis=-1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject(Record):
+    """The person in a photo: an upright crop with mask and landmarks.
+
+    Attributes
+    ----------
+    image : (H, W, 3) uint8
+        sRGB crop around the person, EXIF orientation applied, H and W at most 2048.
+    mask : (H, W) float32
+        Opacity of the person in [0, 1] (an alpha matte).
+    keypoints : (33, 3) float32
+        Landmarks in BlazePose order (`a2v.perception.LANDMARKS`): u, v in pixels of `image`, confidence in [0, 1]
+        (0: not seen; then u and v mean nothing).
+    keypoints_3d : (33, 3) float32
+        Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up, +z towards the
+        camera); NaN where unknown.
+    crop : tuple of 4 int
+        Left, top, right, bottom of the crop in the upright photo's pixels (may reach outside of it).
+    photo_size : tuple of 2 int
+        Width and height of the upright photo.
+    warnings : tuple of str
+        What the user should know (feet outside the photo, sideways person...).
+    """
+
+    image: ByteArray
+    mask: FloatArray
+    keypoints: FloatArray
+    keypoints_3d: FloatArray
+    crop: tuple[int, ...]
+    photo_size: tuple[int, ...]
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        self._check("image", ("H", "W", 3), sizes)
+        self._check("mask", ("H", "W"), sizes)
+        self._check("keypoints", (33, 3))
+        self._check("keypoints_3d", (33, 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface(Record):
+    """A closed triangle mesh of a person with colours.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float32
+        Metres, y up, in the frame of `camera`: the photo is the orthographic front view.
+    faces : (F, 3) int32
+        Counter-clockwise seen from outside.
+    colors : (V, 3) float32
+        sRGB in [0, 1].
+    uv : (F, 3, 2) float32 or None
+        Texture coordinates of each face's corners, origin at the lower left.
+    texture : (H, W, 3) uint8 or None
+        sRGB; goes with `uv`. Row 0 is the top (v = 1).
+    visible : (V,) bool or None
+        Whether the photo's camera saw the vertex.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    colors: FloatArray
+    uv: FloatArray | None = None
+    texture: ByteArray | None = None
+    visible: BoolArray | None = None
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        self._check("vertices", ("V", 3), sizes)
+        self._check("faces", ("F", 3), sizes)
+        self._check("colors", ("V", 3), sizes)
+        if (self.uv is None) != (self.texture is None):
+            raise InputError("Surface needs both uv and texture, or neither")
+        if self.uv is not None:
+            self._check("uv", ("F", 3, 2), sizes)
+        if self.visible is not None:
+            self._check("visible", ("V",), sizes)
+        if self.faces.size and (self.faces.min() < 0 or self.faces.max() >= sizes["V"]):
+            raise InputError(f"Surface.faces names vertex {int(self.faces.max())} of {sizes['V']}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body(Record):
+    """A parametric body in one pose and shape, with its rig.
+
+    Attributes
+    ----------
+    model : str
+        Name of the body model ("anny").
+    parameters : dict of arrays
+        The model's own parameters of this shape and pose.
+    vertices : (V, 3) float32
+        Metres, in the frame of the photo's camera (or of the world, for a body of its own).
+    faces : (F, 3) int32
+    bone_names : tuple of B str
+    bone_parents : (B,) int
+        -1 for the root; parents first.
+    bone_transforms : (B, 4, 4) float32
+        World from bone at this pose; the translation is the bone's head (its joint).
+    rest_transforms : (B, 4, 4) float32
+        World from bone in the rest pose of the same shape.
+    bone_tails : (B, 3) float32
+        Other end of each bone at this pose, metres.
+    weights : (V, B) float32
+        Linear blend skinning weights; rows sum to 1.
+    parts : (V,) int8
+        Body part of each vertex, an index into `a2v.body.PARTS`.
+    """
+
+    model: str
+    parameters: Mapping[str, np.ndarray]
+    vertices: FloatArray
+    faces: IntArray
+    bone_names: tuple[str, ...]
+    bone_parents: IntArray
+    bone_transforms: FloatArray
+    rest_transforms: FloatArray
+    bone_tails: FloatArray
+    weights: FloatArray
+    parts: IntArray
+
+    def __post_init__(self) -> None:
+        sizes = {"B": len(self.bone_names)}
+        self._check("vertices", ("V", 3), sizes)
+        self._check("faces", ("F", 3), sizes)
+        self._check("bone_parents", ("B",), sizes)
+        self._check("bone_transforms", ("B", 4, 4), sizes)
+        self._check("rest_transforms", ("B", 4, 4), sizes)
+        self._check("bone_tails", ("B", 3), sizes)
+        self._check("weights", ("V", "B"), sizes)
+        self._check("parts", ("V",), sizes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Character(Record):
+    """A surface bound to a body: what is animated and exported.
+
+    Attributes
+    ----------
+    surface : Surface
+        In the bind pose, which is the photo's pose (`body.bone_transforms`).
+    body : Body
+        The fitted body.
+    weights : (V, 4) float32
+        Skinning weights of the surface's vertices, largest first, rows sum to 1.
+    bones : (V, 4) int32
+        Bones of `weights`.
+    anchors : (V,) int32
+        Vertex of the body that each vertex of the surface corresponds to (Eq. 19).
+    parts : (V,) int8
+        Body part of each vertex of the surface.
+    """
+
+    surface: Surface
+    body: Body
+    weights: FloatArray
+    bones: IntArray
+    anchors: IntArray
+    parts: IntArray
+
+    def __post_init__(self) -> None:
+        sizes = {"V": len(self.surface.vertices)}
+        self._check("weights", ("V", 4), sizes)
+        self._check("bones", ("V", 4), sizes)
+        self._check("anchors", ("V",), sizes)
+        self._check("parts", ("V",), sizes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderSettings(Record):
+    """How frames are rendered.
+
+    Attributes
+    ----------
+    size : int
+        Width and height of a view, pixels.
+    spp : int
+        Samples a pixel before denoising.
+    views : tuple of View
+    denoise : bool
+        Open Image Denoise on every frame.
+    variant : str
+        Mitsuba variant, or "auto": `llvm_ad_rgb` where LLVM works, else `scalar_rgb`.
+    threads : int
+        Threads of one render process; 0 for all cores.
+    seed : int
+    """
+
+    size: int = 512
+    spp: int = 8
+    views: tuple[View, ...] = VIEWS
+    denoise: bool = True
+    variant: str = "auto"
+    threads: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not 16 <= self.size <= 4096 or self.size % 2:
+            raise InputError(f"size is {self.size}; expected an even number of pixels from 16 to 4096")
+        if not 1 <= self.spp <= 65536:
+            raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
+        if unknown := [view for view in self.views if view not in VIEWS]:
+            raise InputError(f"unknown view '{unknown[0]}'; choose from {', '.join(VIEWS)}")
+        if not self.views:
+            raise InputError(f"no view given; choose from {', '.join(VIEWS)}")

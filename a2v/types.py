@@ -12,7 +12,7 @@ import json
 import os
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -30,6 +30,9 @@ BoolArray = NDArray[np.bool_]
 
 View = Literal["front", "back", "left", "right"]
 VIEWS: tuple[View, ...] = ("front", "back", "left", "right")
+
+Progress = Callable[[int, int], None]
+"""Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
 
 _R = TypeVar("_R", bound="Record")
 

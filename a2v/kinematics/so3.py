@@ -184,7 +184,7 @@ def swing_between(source: Array, target: Array) -> Array:
     # the swing is two half-way turns: its quaternion is (a . h, a x h) with h the unit bisector, which keeps
     # its precision until the directions are opposite, where no bisector exists
     bisector = a + b
-    opposite = (_norm_squared(bisector) < 1e-10)[..., None]
+    opposite = (_norm_squared(bisector) < xp.finfo(a.dtype).eps)[..., None]
     h = unit(bisector)
     hx, hy, hz = h[..., 0], h[..., 1], h[..., 2]
     cross = xp.stack([ay * hz - az * hy, az * hx - ax * hz, ax * hy - ay * hx], -1)

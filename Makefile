@@ -1,0 +1,43 @@
+# Two commands do everything from a fresh clone: `make video` and `make test`. `make help` lists the rest.
+SHELL := /bin/bash
+PY := .venv/bin/python
+PHOTO ?= a2v/samples/person.jpg
+ACTION ?= Walk
+OUT ?= out/video
+WORKERS ?= 2
+ARGS ?=
+export PYTHON
+
+.PHONY: help setup video test bench sheets lint notebooks dag clean
+.DEFAULT_GOAL := help
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+
+setup: ## install what is needed (Debian packages, .venv, pinned dependencies); again: nothing
+	@scripts/setup.sh
+
+video: setup ## PHOTO=… ACTION=… OUT=…: a person and an action to a video; the last line printed is its path
+	@$(PY) -m pipelines video --photo $(PHOTO) --action $(ACTION) --out $(OUT) $(ARGS)
+
+test: setup ## run every test
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
+
+bench: setup ## measure speed and memory; prints tables
+	@set -e; for script in scripts/bench_*.py; do echo "== $$script"; $(PY) $$script $(ARGS); done
+
+sheets: setup ## contact sheets of the sample, the photos and avatars into sheets/
+	@set -e; for script in scripts/*sheets*.py; do echo "== $$script"; $(PY) $$script $(ARGS); done
+
+lint: setup ## ruff and mypy
+	@$(PY) -m ruff check . && $(PY) -m mypy
+
+notebooks: setup ## write and execute notebooks/*.ipynb from their .py
+	@set -e; for source in notebooks/*.py; do $(PY) -m jupytext --to ipynb --execute $$source; done
+
+dag: setup ## draw the pipeline into docs/images/dag.svg
+	@$(PY) -m pipelines dag --out docs/images/dag.svg
+
+clean: ## remove outputs and caches of tools, keep .venv and the store
+	rm -rf out sheets runs build dist .pytest_cache .mypy_cache .ruff_cache
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

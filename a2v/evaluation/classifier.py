@@ -1,0 +1,125 @@
+"""The papers' action classifier, which also gives the features of FID, diversity and multimodality."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from a2v.errors import InputError
+from a2v.types import FloatArray, IntArray
+
+State = Literal["zeros", "random"]
+
+
+class ActionClassifier(nn.Module):
+    """Two-layer GRU, a 30-dimensional tanh feature and a linear layer, as published with the papers.
+
+    Parameters
+    ----------
+    input_size : int
+        3 J.
+    n_actions : int
+    hidden_size, feature_size : int
+    """
+
+    def __init__(self, input_size: int, n_actions: int, *, hidden_size: int = 128, feature_size: int = 30) -> None:
+        super().__init__()
+        self.recurrent = nn.GRU(input_size, hidden_size, num_layers=2, batch_first=True)
+        self.linear1 = nn.Linear(hidden_size, feature_size)
+        self.linear2 = nn.Linear(feature_size, n_actions)
+
+    def forward(self, motions: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Features (B, 30) and logits (B, A) of motions (B, T, 3 J).
+
+        `state` (2, B, 128) is the GRU's first state, zeros without it. The published evaluation drew it from a
+        normal distribution at every call.
+        """
+        output, _ = self.recurrent(motions, state)
+        feature = torch.tanh(self.linear1(output[:, -1]))
+        return feature, self.linear2(feature)
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluator:
+    """A trained classifier with what it was trained for.
+
+    Attributes
+    ----------
+    network : ActionClassifier
+    source : str
+        File it came from.
+    digest : str
+        SHA-256 of that file.
+    """
+
+    network: ActionClassifier
+    source: str
+    digest: str
+
+    @property
+    def n_actions(self) -> int:
+        """Number of actions A."""
+        return self.network.linear2.out_features
+
+    @torch.no_grad()
+    def __call__(self, motions: FloatArray, *, state: State = "zeros", generator: np.random.Generator | None = None) -> tuple[FloatArray, IntArray]:
+        """Features (B, 30) float64 and predicted labels (B,) of native-frame motions (B, T, J, 3).
+
+        Parameters
+        ----------
+        motions : (B, T, J, 3) float
+            Joints in the data set's native frame, first root at the origin.
+        state : "zeros" (deterministic protocol) or "random" (the papers')
+        generator : numpy Generator
+            Needed for "random".
+        """
+        network = self.network
+        if motions.shape[-2] * 3 != network.recurrent.input_size:
+            raise InputError(f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}")
+        features, labels = [], []
+        for start in range(0, len(motions), 512):
+            batch = torch.from_numpy(np.ascontiguousarray(motions[start : start + 512], dtype=np.float32)).flatten(2)
+            first = None
+            if state == "random":
+                if generator is None:
+                    raise InputError("the papers' protocol starts the classifier from random states: give a generator")
+                shape = (network.recurrent.num_layers, len(batch), network.recurrent.hidden_size)
+                first = torch.from_numpy(generator.standard_normal(shape, dtype=np.float32))
+            feature, logits = network(batch, first)
+            features.append(feature.double().numpy())
+            labels.append(logits.argmax(-1).numpy())
+        return np.concatenate(features), np.concatenate(labels)
+
+
+def load_evaluator(path: str | Path) -> Evaluator:
+    """Load a classifier: the authors' ``*.tar`` or one that `train_classifier` saved.
+
+    Only tensors are unpickled (``weights_only=True``).
+
+    Raises
+    ------
+    InputError
+        The file is missing or holds no such classifier.
+    """
+    from a2v.io import sha256
+
+    try:
+        content: Any = torch.load(path, map_location="cpu", weights_only=True)
+        weights = content["model"]
+        network = ActionClassifier(
+            weights["recurrent.weight_ih_l0"].shape[1],
+            weights["linear2.bias"].shape[0],
+            hidden_size=weights["recurrent.weight_hh_l0"].shape[1],
+            feature_size=weights["linear1.bias"].shape[0],
+        )
+        network.load_state_dict(weights)
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; give the file of a trained action classifier") from None
+    except Exception as error:  # torch raises many kinds for a file that is not a checkpoint
+        raise InputError(f"{path} holds no action classifier ({error})".replace("\n", " ")) from None
+    return Evaluator(network.eval(), Path(path).name, sha256(path))

@@ -1,0 +1,314 @@
+"""The temporal conditional VAE of action2motion (Sec. 4.1.2-4.1.4; sizes of the first paper's Table 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+from a2v.errors import InputError
+from a2v.kinematics import Skeleton, forward_kinematics
+
+Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
+DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
+
+
+@dataclass(frozen=True)
+class VAESettings:
+    """Sizes of the networks.
+
+    Attributes
+    ----------
+    decoder : "plain", "lie", "glmi-m" or "glmi-r"
+        Pose decoding of Fig. 4 (a) to (d).
+    hidden_size : int
+        Width of encoders and GRUs.
+    latent_size : int
+        Dimension of z.
+    trajectory_size : int
+        Dimension of h^o, what the generator tells the trajectory network (GLMI only).
+    """
+
+    decoder: Decoder = "glmi-m"
+    hidden_size: int = 128
+    latent_size: int = 30
+    trajectory_size: int = 20
+
+    def __post_init__(self) -> None:
+        if self.decoder not in DECODERS:
+            raise InputError(f"unknown decoder '{self.decoder}'; choose from {', '.join(DECODERS)}")
+
+
+class GaussianGRU(nn.Module):
+    """Posterior or prior network: encoder, one GRU layer, mean and log variance (Eq. 9, 10)."""
+
+    def __init__(self, input_size: int, settings: VAESettings) -> None:
+        super().__init__()
+        self.encoder = nn.Linear(input_size, settings.hidden_size)
+        self.gru = nn.GRU(settings.hidden_size, settings.hidden_size, batch_first=True)
+        self.mu_net = nn.Linear(settings.hidden_size, settings.latent_size)
+        self.logvar_net = nn.Linear(settings.hidden_size, settings.latent_size)
+
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean and log variance (B, T, Z) and final state (1, B, H) of inputs (B, T, D)."""
+        hidden, state = self.gru(self.encoder(inputs), state)
+        return self.mu_net(hidden), self.logvar_net(hidden), state
+
+
+class Generator(nn.Module):
+    """Encoder, two GRU layers and decoder; the pose decoding turns its output into joints."""
+
+    def __init__(self, input_size: int, output_size: int, settings: VAESettings) -> None:
+        super().__init__()
+        self.encoder = nn.Linear(input_size, settings.hidden_size)
+        self.gru = nn.GRU(settings.hidden_size, settings.hidden_size, num_layers=2, batch_first=True)
+        self.decoder = nn.Linear(settings.hidden_size, output_size)
+
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Outputs (B, T, D') and final state (2, B, H) of inputs (B, T, D)."""
+        hidden, state = self.gru(self.encoder(inputs), state)
+        return self.decoder(hidden), state
+
+
+class Pose(NamedTuple):
+    """What a pose decoder returns for (B, T) frames.
+
+    Attributes
+    ----------
+    joints : (B, T, J, 3)
+        Positions, native units.
+    rotations : (B, T, J, 3) or None
+        Rotation vectors of the chain convention; None for the plain decoder.
+    velocity : (B, T, 3) or None
+        Root velocity per frame that GLMI inferred (Eq. 11).
+    state : (1, B, H) or None
+        State of GLMI-R's GRU.
+    """
+
+    joints: Tensor
+    rotations: Tensor | None
+    velocity: Tensor | None
+    state: Tensor | None
+
+
+class PoseDecoder(nn.Module):
+    """The four pose decodings of Fig. 4 behind one call.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    settings : VAESettings
+    """
+
+    def __init__(self, skeleton: Skeleton, settings: VAESettings) -> None:
+        super().__init__()
+        self.skeleton, self.settings = skeleton, settings
+        bones = 3 * (skeleton.n_joints - 1)
+        hidden = settings.hidden_size
+        trajectory_input = 6 * skeleton.n_joints + settings.trajectory_size
+        self.lie_output = nn.Linear(bones, bones) if settings.decoder != "plain" else None
+        self.velocity_net: nn.Module | None = None
+        self.velocity_gru: nn.GRU | None = None
+        if settings.decoder == "glmi-m":
+            self.velocity_net = nn.Sequential(
+                nn.Linear(trajectory_input, hidden), nn.LeakyReLU(0.2), nn.Linear(hidden, hidden), nn.LeakyReLU(0.2), nn.Linear(hidden, 3)
+            )
+        elif settings.decoder == "glmi-r":
+            self.velocity_in = nn.Linear(trajectory_input, hidden)
+            self.velocity_gru = nn.GRU(hidden, hidden, batch_first=True)
+            self.velocity_net = nn.Linear(hidden, 3)
+
+    @property
+    def input_size(self) -> int:
+        """Width of the generator's output."""
+        pose = 3 * self.skeleton.n_joints
+        return pose - 3 + self.settings.trajectory_size if self.settings.decoder.startswith("glmi") else pose
+
+    @property
+    def follows_trajectory(self) -> bool:
+        """Whether the root comes from integrated velocities (GLMI) instead of from the generator."""
+        return self.settings.decoder.startswith("glmi")
+
+    def forward(self, outputs: Tensor, previous: Tensor, lengths: Tensor, state: Tensor | None = None) -> Pose:
+        """Decode generator outputs.
+
+        Parameters
+        ----------
+        outputs : (B, T, D)
+        previous : (B, T, J, 3)
+            Poses before each frame (zeros before the first), native units.
+        lengths : (B, J)
+            Bone lengths, native units.
+        state : (1, B, H) or None
+            State of GLMI-R's GRU before the first frame.
+        """
+        batch, frames = outputs.shape[:2]
+        n = self.skeleton.n_joints
+        if self.lie_output is None:
+            return Pose(outputs.reshape(batch, frames, n, 3), None, None, None)
+        bones = 3 * (n - 1)
+        # tanh keeps each component within half a turn; the norm is limited by it as the paper asks
+        rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
+        rotations = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec], -1).reshape(batch, frames, n, 3)
+        if not self.follows_trajectory:
+            root = outputs[..., bones:]
+            return Pose(forward_kinematics(rotations, root, lengths[:, None], self.skeleton), rotations, None, None)
+        local = forward_kinematics(rotations, torch.zeros_like(rotvec[..., :3]), lengths[:, None], self.skeleton)
+        previous_root = previous[:, :, 0]
+        inputs = torch.cat([local.flatten(2), (previous - previous_root[:, :, None]).flatten(2), outputs[..., bones:]], -1)
+        if self.velocity_gru is not None:
+            inputs, state = self.velocity_gru(self.velocity_in(inputs), state)
+        assert self.velocity_net is not None
+        velocity = self.velocity_net(inputs)
+        return Pose(local + (previous_root + velocity)[:, :, None], rotations, velocity, state)
+
+
+class States(NamedTuple):
+    """Recurrent states between frames; all zeros before the first."""
+
+    prior: Tensor
+    generator: Tensor
+    trajectory: Tensor
+
+
+class Reconstruction(NamedTuple):
+    """Training pass over (B, T) frames: decoded pose and both Gaussians (B, T, Z)."""
+
+    pose: Pose
+    posterior_mean: Tensor
+    posterior_logvar: Tensor
+    prior_mean: Tensor
+    prior_logvar: Tensor
+
+
+class MotionVAE(nn.Module):
+    """Posterior, prior, generator and pose decoder.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    n_actions : int
+    settings : VAESettings
+    """
+
+    def __init__(self, skeleton: Skeleton, n_actions: int, settings: VAESettings | None = None) -> None:
+        super().__init__()
+        settings = settings or VAESettings()
+        self.skeleton, self.n_actions, self.settings = skeleton, n_actions, settings
+        inputs = 3 * skeleton.n_joints + n_actions + 1
+        self.posterior = GaussianGRU(inputs, settings)
+        self.prior = GaussianGRU(inputs, settings)
+        self.pose_decoder = PoseDecoder(skeleton, settings)
+        self.generator = Generator(inputs + settings.latent_size, self.pose_decoder.input_size, settings)
+
+    def initial_states(self, batch: int) -> States:
+        """Zero states for `batch` sequences."""
+        like = self.generator.decoder.weight
+        size = self.settings.hidden_size
+        return States(like.new_zeros(1, batch, size), like.new_zeros(2, batch, size), like.new_zeros(1, batch, size))
+
+    def step(
+        self, previous: Tensor, actions: Tensor, counter: Tensor, lengths: Tensor, noise: Tensor, states: States
+    ) -> tuple[Pose, States]:
+        """Generate one frame from the learned prior.
+
+        Parameters
+        ----------
+        previous : (B, J, 3)
+            Pose before, native units; zeros before the first.
+        actions : (B, A)
+            One-hot.
+        counter : (B, 1)
+            Time counter c_t in (0, 1].
+        lengths : (B, J)
+            Bone lengths, native units.
+        noise : (B, Z)
+            Standard normal draws.
+        states : States
+        """
+        context = torch.cat([previous.flatten(1), actions, counter], -1)[:, None]
+        mean, logvar, prior_state = self.prior(context, states.prior)
+        latent = mean + torch.exp(0.5 * logvar) * noise[:, None]
+        outputs, generator_state = self.generator(torch.cat([context, latent], -1), states.generator)
+        pose = self.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
+        return pose, States(prior_state, generator_state, states.trajectory if pose.state is None else pose.state)
+
+    def reconstruct(self, joints: Tensor, previous: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor) -> Reconstruction:
+        """One parallel training pass: no loop over frames, since every input is known beforehand.
+
+        Parameters
+        ----------
+        joints : (B, T, J, 3)
+            Real poses p_t, for the posterior.
+        previous : (B, T, J, 3)
+            The poses p_{t-1} that prior and generator are given: real ones under teacher forcing, the model's own
+            otherwise (see `rollout`).
+        actions : (B, A)
+            One-hot.
+        lengths : (B, J)
+        noise : (B, T, Z)
+            Draws of the reparameterisation trick.
+        """
+        batch, frames = joints.shape[:2]
+        counter = torch.arange(1, frames + 1, dtype=joints.dtype, device=joints.device) / frames
+        condition = torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(batch, -1, -1)], -1)
+        posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
+        context = torch.cat([previous.flatten(2), condition], -1)
+        prior_mean, prior_logvar, _ = self.prior(context)
+        latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
+        outputs, _ = self.generator(torch.cat([context, latent], -1))
+        pose = self.pose_decoder(outputs, previous, lengths)
+        return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar)
+
+    @torch.no_grad()
+    def rollout(self, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor) -> Tensor:
+        """The model's own poses (B, T, J, 3) when it is fed back what it generates, with z from the posterior.
+
+        These are the inputs of a sequence without teacher forcing; gradients do not flow through the feedback.
+        """
+        batch, frames = joints.shape[:2]
+        counter = torch.arange(1, frames + 1, dtype=joints.dtype, device=joints.device) / frames
+        condition = torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(batch, -1, -1)], -1)
+        mean, logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
+        latent = mean + torch.exp(0.5 * logvar) * noise
+        previous = torch.zeros_like(joints[:, 0])
+        _, state, trajectory = self.initial_states(batch)
+        poses = []
+        for t in range(frames):
+            inputs = torch.cat([previous.flatten(1), condition[:, t], latent[:, t]], -1)
+            outputs, state = self.generator(inputs[:, None], state)
+            pose = self.pose_decoder(outputs, previous[:, None], lengths, trajectory)
+            trajectory = trajectory if pose.state is None else pose.state
+            previous = pose.joints[:, 0]
+            poses.append(previous)
+        return torch.stack(poses, 1)
+
+    @torch.no_grad()
+    def sample(self, actions: Tensor, lengths: Tensor, noise: Tensor) -> Pose:
+        """Generate motions from noise: the reference that the exported graphs are compared with.
+
+        Parameters
+        ----------
+        actions : (B, T, A)
+            One-hot per frame, so that an action can change on the way.
+        lengths : (B, J)
+        noise : (B, T, Z)
+        """
+        batch, frames = noise.shape[:2]
+        previous = noise.new_zeros(batch, self.skeleton.n_joints, 3)
+        states = self.initial_states(batch)
+        poses = []
+        for t in range(frames):
+            counter = noise.new_full((batch, 1), (t + 1) / frames)
+            pose, states = self.step(previous, actions[:, t], counter, lengths, noise[:, t], states)
+            previous = pose.joints[:, 0]
+            poses.append(pose)
+
+        def joined(parts: list[Tensor | None]) -> Tensor | None:
+            known = [part for part in parts if part is not None]
+            return torch.cat(known, 1) if known else None
+
+        joints = torch.cat([pose.joints for pose in poses], 1)
+        return Pose(joints, joined([pose.rotations for pose in poses]), joined([pose.velocity for pose in poses]), None)

@@ -1,0 +1,289 @@
+"""Training of the temporal VAE (Sec. 4.1.5-4.1.6): resumable, on a CPU or CUDA."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from a2v.datasets import ActionDataset, ClipSampler
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.motion.losses import ReconstructionLoss, vae_losses
+from a2v.motion.networks import MotionVAE, VAESettings
+
+KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
+"""Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and for other data."""
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """How the VAE is trained; the defaults are the journal paper's.
+
+    Attributes
+    ----------
+    iterations : int
+    batch_size : int
+        Clips an iteration.
+    length : int
+        Frames a clip; 0 for the data set's own (60 for HumanAct12, 100 for CMU).
+    learning_rate, weight_decay : float
+        Adam.
+    schedule : "constant" or "cosine"
+        "cosine" lowers the learning rate to a hundredth towards the end (not the paper's; see docs).
+    teacher_forcing : float
+        Probability p_tf that a sequence is fed the real previous poses.
+    teacher_forcing_meaning : "paper" or "published"
+        The published trainer feeds back the model's *own* pose with this probability.
+    kl_start, kl_end : float
+        Weight of the KL term, ramped linearly over the training; kl_end < 0 takes the data set's.
+    align_weight : float
+        Weight of the trajectory alignment term (GLMI only).
+    reconstruction : "norm" or "mse"
+        Eq. 13, or the published code's.
+    clip_gradient : float
+        Largest norm of the gradient; 0 for no limit (the paper's).
+    seed : int
+    threads : int
+        CPU threads; 0 for torch's default.
+    device : str
+        "auto" takes CUDA where there is one.
+    checkpoint_seconds : float
+        Time between checkpoints.
+    log_every : int
+        Iterations between lines of the log.
+    """
+
+    iterations: int = 50_000
+    batch_size: int = 128
+    length: int = 0
+    learning_rate: float = 2e-4
+    weight_decay: float = 1e-5
+    schedule: Literal["constant", "cosine"] = "constant"
+    teacher_forcing: float = 0.6
+    teacher_forcing_meaning: Literal["paper", "published"] = "paper"
+    kl_start: float = 0.001
+    kl_end: float = -1.0
+    align_weight: float = 10.0
+    reconstruction: ReconstructionLoss = "norm"
+    clip_gradient: float = 0.0
+    seed: int = 0
+    threads: int = 0
+    device: str = "auto"
+    checkpoint_seconds: float = 180.0
+    log_every: int = 50
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.teacher_forcing <= 1:
+            raise InputError(f"teacher_forcing is {self.teacher_forcing}; expected a probability from 0 to 1")
+        if self.iterations < 1 or self.batch_size < 1 or self.length < 0:
+            raise InputError("iterations and batch_size must be positive, length must not be negative")
+
+
+@dataclass
+class TrainState:
+    """A run in progress: what a checkpoint holds."""
+
+    model: MotionVAE
+    optimizer: torch.optim.Optimizer
+    generator: np.random.Generator
+    iteration: int = 0
+    seconds: float = 0.0
+    log: list[dict[str, float]] = field(default_factory=list)
+
+
+def _device(name: str) -> torch.device:
+    return torch.device("cuda" if torch.cuda.is_available() else "cpu") if name == "auto" else torch.device(name)
+
+
+def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> TrainState:
+    """A fresh run with seeded weights.
+
+    Raises
+    ------
+    InputError
+        GLMI is asked for data without a trajectory.
+    """
+    spread = max(float(np.abs(joints[:, 0] - joints[:1, 0]).max()) for joints in dataset.joints)
+    if vae.decoder.startswith("glmi") and spread < 1e-4:
+        raise InputError(
+            f"{dataset.name} has no root trajectory (the root moves by {spread:.1g}), which '{vae.decoder}' infers; use 'lie' or 'plain'"
+        )
+    torch.manual_seed(settings.seed)
+    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(_device(settings.device))
+    optimizer = torch.optim.Adam(model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+    return TrainState(model, optimizer, np.random.default_rng(settings.seed))
+
+
+def feedback_previous(model: MotionVAE, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor, teacher: Tensor) -> Tensor:
+    """The poses p_{t-1} that prior and generator see: real where `teacher` (B,) is true, the model's own elsewhere."""
+    previous = torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
+    own = torch.nonzero(~teacher).squeeze(1)
+    if len(own):
+        rolled = model.rollout(joints[own], actions[own], lengths[own], noise[own])
+        previous[own] = torch.cat([torch.zeros_like(rolled[:, :1]), rolled[:, :-1]], 1)
+    return previous
+
+
+def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings, *, kl_end: float) -> dict[str, float]:
+    """One iteration; returns the unweighted terms of Eq. 12 and the weights in force."""
+    model, generator = state.model, state.generator
+    device = next(model.parameters()).device
+    batch, labels, bone_lengths = sampler.batch(settings.batch_size, generator)
+    noise = generator.standard_normal((*batch.shape[:2], model.settings.latent_size), dtype=np.float32)
+    forced = generator.random(len(batch)) < settings.teacher_forcing
+    if settings.teacher_forcing_meaning == "published":
+        forced = ~forced
+    joints, lengths, draws, teacher = (torch.from_numpy(x).to(device) for x in (batch, bone_lengths, noise, forced))
+    actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(device, joints.dtype)
+
+    progress = state.iteration / max(settings.iterations - 1, 1)
+    kl_weight = settings.kl_start + (kl_end - settings.kl_start) * progress
+    rate = settings.learning_rate * (1.0 if settings.schedule == "constant" else 0.01 + 0.99 * 0.5 * (1 + np.cos(np.pi * progress)))
+    for group in state.optimizer.param_groups:
+        group["lr"] = rate
+
+    previous = feedback_previous(model, joints, actions, lengths, draws, teacher)
+    losses = vae_losses(model.reconstruct(joints, previous, actions, lengths, draws), joints, reconstruction=settings.reconstruction)
+    total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
+    state.optimizer.zero_grad(set_to_none=True)
+    total.backward()
+    if settings.clip_gradient > 0:
+        nn.utils.clip_grad_norm_(model.parameters(), settings.clip_gradient)
+    state.optimizer.step()
+    state.iteration += 1
+    terms = {name: float(value.detach()) for name, value in losses._asdict().items()}
+    return terms | {"kl_weight": kl_weight, "learning_rate": float(rate)}
+
+
+def train(
+    dataset: ActionDataset,
+    folder: str | os.PathLike[str],
+    *,
+    vae: VAESettings | None = None,
+    settings: TrainSettings | None = None,
+    on_log: Callable[[TrainState, dict[str, float]], None] | None = None,
+) -> MotionVAE:
+    """Train, or go on with, the run in `folder`.
+
+    Writes ``checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``log.csv``.
+
+    Parameters
+    ----------
+    dataset : ActionDataset
+    folder : path
+        A checkpoint there is resumed; its settings must agree with these.
+    vae, settings
+        Sizes and schedule.
+    on_log : callable
+        Called with the state and the mean terms since the last call, every `log_every` iterations.
+    """
+    vae, settings = vae or VAESettings(), settings or TrainSettings()
+    if settings.threads:
+        torch.set_num_threads(settings.threads)
+    run = Path(folder)
+    checkpoint = run / "checkpoint.pt"
+    state = start(dataset, vae, settings)
+    if checkpoint.exists():
+        load_checkpoint(checkpoint, state, dataset, vae, settings)
+    sampler = ClipSampler(dataset, settings.length or dataset.length)
+    kl_end = KL_END.get(dataset.name, 0.01) if settings.kl_end < 0 else settings.kl_end
+    began, saved = time.monotonic() - state.seconds, time.monotonic()
+    recent: list[dict[str, float]] = []
+    try:
+        while state.iteration < settings.iterations:
+            recent.append(train_step(state, sampler, settings, kl_end=kl_end))
+            state.seconds = time.monotonic() - began
+            if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
+                mean = {name: float(np.mean([terms[name] for terms in recent])) for name in recent[0]}
+                row = {"iteration": float(state.iteration), "seconds": state.seconds} | mean
+                recent = []
+                if not np.isfinite(row["reconstruction"]):
+                    raise InputError(f"training diverged at iteration {state.iteration}; lower learning_rate or set clip_gradient")
+                if on_log is not None:
+                    on_log(state, row)
+                state.log.append(row)
+            if time.monotonic() - saved > settings.checkpoint_seconds:
+                save_checkpoint(checkpoint, state, dataset, vae, settings)
+                saved = time.monotonic()
+    finally:
+        save_checkpoint(checkpoint, state, dataset, vae, settings)
+    return state.model.eval()
+
+
+def save_checkpoint(path: Path, state: TrainState, dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> None:
+    """Write ``checkpoint.pt`` and ``log.csv`` atomically."""
+    content: dict[str, Any] = {
+        "model": state.model.state_dict(),
+        "optimizer": state.optimizer.state_dict(),
+        "generator": state.generator.bit_generator.state,
+        "iteration": state.iteration,
+        "seconds": state.seconds,
+        "log": state.log,
+        "vae": dataclasses.asdict(vae),
+        "settings": dataclasses.asdict(settings),
+        "dataset": dataset.name,
+        "dataset_digest": dataset.digest,
+    }
+    with atomic_path(path) as temporary:
+        torch.save(content, temporary)
+    if state.log:
+        names = sorted({name for row in state.log for name in row}, key=lambda n: (n != "iteration", n != "seconds", n))
+        with atomic_path(path.with_name("log.csv")) as temporary, open(temporary, "w", newline="") as stream:
+            writer = csv.DictWriter(stream, names)
+            writer.writeheader()
+            writer.writerows(state.log)
+
+
+def read_checkpoint(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The content of a ``checkpoint.pt``; nothing but tensors and plain values is unpickled.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no checkpoint of a2v.
+    """
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        if not {"model", "vae", "settings", "dataset"} <= set(content):
+            raise InputError(f"{path} is no checkpoint of a2v's motion training")
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; train first (a2v train motion)") from None
+    except InputError:
+        raise
+    except Exception as error:  # torch raises many kinds for a damaged file
+        raise InputError(f"{path} cannot be read as a checkpoint ({error})".replace("\n", " ")) from None
+    return dict(content)
+
+
+FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every"})
+"""Settings that do not change what is learned, so that a run may be resumed with others."""
+
+
+def load_checkpoint(path: Path, state: TrainState, dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> None:
+    """Fill `state` from a checkpoint.
+
+    Raises
+    ------
+    InputError
+        The checkpoint was made with other data, sizes or settings; the message names the first difference.
+    """
+    content = read_checkpoint(path)
+    old = content["vae"] | content["settings"] | {"dataset_digest": content["dataset_digest"]}
+    new = dataclasses.asdict(vae) | dataclasses.asdict(settings) | {"dataset_digest": dataset.digest}
+    for name in sorted(set(new) - FREE_TO_CHANGE):
+        if old.get(name) != new[name]:
+            raise InputError(f"{path} was made with {name}={old.get(name)}, not {new[name]}; give another folder or the same settings")
+    state.model.load_state_dict(content["model"])
+    state.optimizer.load_state_dict(content["optimizer"])
+    state.generator.bit_generator.state = content["generator"]
+    state.iteration, state.seconds, state.log = content["iteration"], content["seconds"], list(content["log"])

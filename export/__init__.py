@@ -1,0 +1,1 @@
+"""PyTorch to ONNX, and `sample.py`, which needs numpy and onnxruntime only."""

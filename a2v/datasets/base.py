@@ -92,7 +92,10 @@ class ActionDataset:
     @cached_property
     def clip_bone_lengths(self) -> FloatArray:
         """Median bone lengths of each clip, (N, J) float32, native units."""
-        return np.stack([np.median(bone_lengths(joints, self.skeleton), axis=0) for joints in self.joints]).astype(np.float32)
+        lengths: FloatArray = np.stack([np.median(bone_lengths(joints, self.skeleton), axis=0) for joints in self.joints]).astype(
+            np.float32
+        )
+        return lengths
 
     def motion(self, index: int) -> Motion:
         """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the ground."""
@@ -159,7 +162,8 @@ class ClipSampler:
         first = generator.integers(0, slack + 1)
         index = np.minimum(first[:, None] + np.arange(self.length), self._counts[clips][:, None] - 1)
         joints = self._frames[self._starts[clips][:, None] + index]
-        return joints - joints[:, :1, :1]
+        moved: FloatArray = joints - joints[:, :1, :1]
+        return moved
 
     def batch(self, size: int, generator: np.random.Generator) -> tuple[FloatArray, IntArray, FloatArray]:
         """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B, J)."""
@@ -219,10 +223,7 @@ class FileSource:
         """
         where = f"{self.path}/{name}"
         try:
-            if self._archive is not None:
-                size = self._archive.getinfo(name).file_size
-            else:
-                size = (self.path / name).stat().st_size
+            size = self._archive.getinfo(name).file_size if self._archive is not None else (self.path / name).stat().st_size
             if size > MAX_FILE_BYTES:
                 raise InputError(f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)")
             return self._archive.read(name) if self._archive is not None else (self.path / name).read_bytes()
@@ -251,4 +252,3 @@ def find_source(path: str | Path, archive: str, marker: str) -> FileSource:
     if not source.names(marker):
         raise InputError(f"{candidates[0]} holds no *{marker} files; expected the folder or zip of the data set ({archive})")
     return source
-

@@ -67,7 +67,9 @@ class Evaluator:
         return self.network.linear2.out_features
 
     @torch.no_grad()
-    def __call__(self, motions: FloatArray, *, state: State = "zeros", generator: np.random.Generator | None = None) -> tuple[FloatArray, IntArray]:
+    def __call__(
+        self, motions: FloatArray, *, state: State = "zeros", generator: np.random.Generator | None = None
+    ) -> tuple[FloatArray, IntArray]:
         """Features (B, 30) float64 and predicted labels (B,) of native-frame motions (B, T, J, 3).
 
         Parameters

@@ -156,7 +156,7 @@ def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings,
     losses = vae_losses(model.reconstruct(joints, previous, actions, lengths, draws), joints, reconstruction=settings.reconstruction)
     total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
     state.optimizer.zero_grad(set_to_none=True)
-    total.backward()
+    total.backward()  # type: ignore[no-untyped-call]
     if settings.clip_gradient > 0:
         nn.utils.clip_grad_norm_(model.parameters(), settings.clip_gradient)
     state.optimizer.step()

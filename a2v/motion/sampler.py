@@ -1,0 +1,207 @@
+"""Sampling of exported motion models with onnxruntime: no torch in the process."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import sha256
+from a2v.types import FloatArray, Motion
+
+WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
+"""Where the shipped networks are."""
+
+BUNDLED = {"cmu": "motion_cmu.onnx", "humanact12": "motion_humanact12.onnx"}
+"""Shipped motion models by name."""
+
+MAX_FRAMES = 10_000
+"""Longest clip that is generated in one call."""
+
+_FORMAT = "a2v-motion/1"
+_STATES = ("previous", "prior", "low", "high", "trajectory")
+
+
+@dataclass(frozen=True)
+class MotionModel:
+    """An exported motion VAE, ready to sample.
+
+    Attributes
+    ----------
+    path : Path
+    metadata : dict
+        What the file says about itself: actions, fps, frames, skeleton, bone lengths, units, licence...
+    """
+
+    path: Path
+    metadata: dict[str, Any]
+
+    @classmethod
+    def load(cls, model: str | os.PathLike[str]) -> MotionModel:
+        """Open a shipped model by name ("cmu", "humanact12") or an ``.onnx`` file.
+
+        Raises
+        ------
+        InputError
+            No such model, or the file is no motion model of a2v.
+        """
+        name = os.fspath(model)
+        path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
+        if not path.is_file():
+            raise InputError(f"motion model '{name}' not found; give {' or '.join(BUNDLED)}, or an .onnx file exported by a2v")
+        try:
+            meta = _session(path).get_modelmeta().custom_metadata_map.get("a2v", "")
+            metadata = json.loads(meta)
+        except InputError:
+            raise
+        except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
+            raise InputError(f"{path} is no motion model of a2v ({type(error).__name__})") from None
+        if metadata.get("format") != _FORMAT:
+            raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {_FORMAT}")
+        return cls(path, metadata)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Names of the actions in label order."""
+        return tuple(self.metadata["actions"])
+
+    @property
+    def fps(self) -> float:
+        """Frames per second of what it generates."""
+        return float(self.metadata["fps"])
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the file."""
+        return sha256(self.path)
+
+    def label(self, action: str) -> int:
+        """Index of an action; case, spaces, hyphens and underscores don't matter.
+
+        Raises
+        ------
+        InputError
+            Unknown action; the message names the nearest ones.
+        """
+        plain = {_plain(name): index for index, name in enumerate(self.actions)}
+        wanted = _plain(action)
+        if wanted in plain:
+            return plain[wanted]
+        near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
+        raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
+
+    def sample(
+        self,
+        action: str | Sequence[str],
+        *,
+        frames: int = 60,
+        count: int = 1,
+        seed: int = 0,
+        bone_scale: float = 1.0,
+        noise: FloatArray | None = None,
+    ) -> Motion:
+        """Generate `count` clips.
+
+        Parameters
+        ----------
+        action : str or sequence of str
+            One action, or several that follow each other in equal parts (a transition).
+        frames : int
+            Frames a clip, at `fps`.
+        count : int
+            Clips; with 1 the result has no leading dimension.
+        seed : int
+            Seed of the noise.
+        bone_scale : float
+            Factor on all bone lengths.
+        noise : (count, frames, Z) float32 or None
+            Noise to use instead of the seed's.
+
+        Returns
+        -------
+        Motion
+            Metres, y up, above the origin at the first frame, lowest joint of each clip on the ground.
+        """
+        if not 1 <= frames <= MAX_FRAMES:
+            raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
+        if count < 1:
+            raise InputError(f"count is {count}; expected at least 1")
+        if not 0.1 <= bone_scale <= 10:
+            raise InputError(f"bone_scale is {bone_scale}; expected 0.1 to 10")
+        names = [action] if isinstance(action, str) else list(action)
+        if not names:
+            raise InputError("no action given")
+        labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
+        if noise is None:
+            noise = draw_noise(seed, count, frames, self.metadata["latent_size"])
+        lengths = np.asarray(self.metadata["bone_lengths"], dtype=np.float32) * np.float32(bone_scale)
+        feed = initial_feed(self.metadata, count) | {
+            "noise": np.asarray(noise, dtype=np.float32),
+            "actions": np.tile(labels.astype(np.int64), (count, 1)),
+            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
+            "bone_lengths": np.tile(lengths, (count, 1)),
+        }
+        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        joints = joints - ground_offset(joints)
+        if count == 1:
+            joints, rotations = joints[0], rotations[0]
+        skeleton = self.metadata["skeleton"]
+        return Motion(
+            joints=joints,
+            rotations=rotations,
+            root=joints[..., 0, :],
+            fps=self.fps,
+            parents=np.asarray(skeleton["parents"]),
+            joint_names=tuple(skeleton["joint_names"]),
+            skeleton=skeleton["name"],
+            action=",".join(self.actions[self.label(name)] for name in names),
+            seed=seed,
+            provenance={"model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": frames, "bone_scale": bone_scale},
+        )
+
+
+def _plain(name: str) -> str:
+    return "".join(character for character in name.lower() if character.isalnum())
+
+
+@functools.lru_cache(maxsize=8)
+def _cached_session(path: str, _modified: int, threads: int) -> Any:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+
+def _session(path: Path, threads: int = 1) -> Any:
+    return _cached_session(str(path), path.stat().st_mtime_ns, threads)
+
+
+def draw_noise(seed: int, count: int, frames: int, latent_size: int) -> FloatArray:
+    """Standard normal noise (count, frames, latent_size) float32 of a seed; `export/sample.py` draws the same."""
+    return np.random.default_rng(seed).standard_normal((count, frames, latent_size), dtype=np.float32)
+
+
+def initial_feed(metadata: dict[str, Any], count: int) -> dict[str, FloatArray]:
+    """Zero states for the first frame of `count` clips."""
+    hidden, joints = metadata["hidden_size"], len(metadata["skeleton"]["parents"])
+    shapes = dict.fromkeys(_STATES, (count, hidden)) | {"previous": (count, joints, 3)}
+    return {name: np.zeros(shape, dtype=np.float32) for name, shape in shapes.items()}
+
+
+def ground_offset(joints: FloatArray) -> FloatArray:
+    """What to subtract from joints (N, T, J, 3) to start above the origin with the lowest joint at y = 0: (N, 1, 1, 3)."""
+    offset = np.zeros((len(joints), 1, 1, 3), dtype=np.float32)
+    offset[:, 0, 0] = joints[:, 0, 0]
+    offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
+    return offset

@@ -1,0 +1,211 @@
+#!/usr/bin/env python3
+"""Sample 3D human motion from one .onnx file of a2v, with numpy and onnxruntime and nothing else.
+
+    python sample.py motion_cmu.onnx                                  # what the file knows
+    python sample.py motion_cmu.onnx --action Walk --out walk.bvh     # one clip, opens in Blender
+    python sample.py motion_cmu.onnx --action Jump --count 8 --seed 3 --frames 90 --out jumps.npz
+    python sample.py motion_cmu.onnx --action Walk,Jump,Walk --frames 180 --out three.bvh
+
+Copy this file next to the model: it imports nothing of the project.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+STATES = ("previous", "prior", "low", "high", "trajectory")
+
+
+class Model:
+    """An exported motion model.
+
+    `metadata` says what the file knows: actions, fps, frames, skeleton, bone lengths (native units), licence.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], threads: int = 1) -> None:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = threads
+        options.log_severity_level = 3
+        self.session = onnxruntime.InferenceSession(os.fspath(path), options, providers=["CPUExecutionProvider"])
+        text = self.session.get_modelmeta().custom_metadata_map.get("a2v")
+        if text is None:
+            raise ValueError(f"{path} is no motion model of a2v")
+        self.metadata = json.loads(text)
+
+    def label(self, action: str) -> int:
+        """Index of an action's name (case, spaces, hyphens and underscores don't matter)."""
+
+        def plain(name: str) -> str:
+            return "".join(c for c in name.lower() if c.isalnum())
+
+        known = {plain(name): i for i, name in enumerate(self.metadata["actions"])}
+        if plain(action) not in known:
+            near = difflib.get_close_matches(plain(action), known, n=3, cutoff=0.5)
+            names = [self.metadata["actions"][known[name]] for name in near] or self.metadata["actions"]
+            raise ValueError(f"unknown action '{action}'; did you mean {' or '.join(names)}?")
+        return known[plain(action)]
+
+    def sample(self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0) -> dict[str, np.ndarray]:
+        """Generate clips: joints (N, T, J, 3) in metres, y up, rotations (N, T, J, 3) and root (N, T, 3)."""
+        meta = self.metadata
+        names = [name.strip() for name in action.split(",")]
+        labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
+        noise = np.random.default_rng(seed).standard_normal((count, frames, meta["latent_size"]), dtype=np.float32)
+        lengths = np.asarray(meta["bone_lengths"], np.float32) * np.float32(bone_scale)
+        feed = {
+            "noise": noise,
+            "actions": np.tile(labels.astype(np.int64), (count, 1)),
+            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
+            "bone_lengths": np.tile(lengths, (count, 1)),
+            "previous": np.zeros((count, len(lengths), 3), np.float32),
+            **{name: np.zeros((count, meta["hidden_size"]), np.float32) for name in STATES[1:]},
+        }
+        joints, rotations = self.session.run(["joints", "rotations"], feed)
+        offset = np.zeros((count, 1, 1, 3), np.float32)  # start above the origin, lowest joint on the ground
+        offset[:, 0, 0] = joints[:, 0, 0]
+        offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
+        joints = joints - offset
+        return {"joints": joints, "rotations": rotations, "root": joints[:, :, 0]}
+
+
+def rotvec_to_rotmat(rotvec: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3)."""
+    angle = np.linalg.norm(rotvec, axis=-1)[..., None, None]
+    axis = rotvec / np.maximum(angle[..., 0], 1e-12)
+    x, y, z = np.moveaxis(axis, -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
+    rotmat: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return rotmat
+
+
+def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
+    """Angles (..., 3) of R = Rz Rx Ry, in the order Z, X, Y."""
+    x = np.arcsin(np.clip(rotmat[..., 2, 1], -1, 1))
+    z = np.arctan2(-rotmat[..., 0, 1], rotmat[..., 1, 1])
+    y = np.arctan2(-rotmat[..., 2, 0], rotmat[..., 2, 2])
+    angles: np.ndarray = np.degrees(np.stack([z, x, y], -1))
+    return angles
+
+
+def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
+    """One clip (T, J, 3) as BVH text in metres.
+
+    A BVH joint turns all bones that start at it, our rotations turn one bone each: so every bone gets a joint of
+    its own at its start, called by the joint it leads to.
+    """
+    skeleton = meta["skeleton"]
+    parents, names = skeleton["parents"], skeleton["joint_names"]
+    children: list[list[int]] = [[j for j, p in enumerate(parents) if p == parent] for parent in range(len(parents))]
+    lengths = np.linalg.norm(joints[0] - joints[0][np.maximum(parents, 0)], axis=-1)
+    offsets = np.asarray(skeleton["rest_directions"]) * lengths[:, None]
+    lines, columns = ["HIERARCHY"], [joints[:, 0], np.zeros((len(joints), 3))]
+    turned = {0: np.tile(np.eye(3), (len(joints), 1, 1))}
+    local = rotvec_to_rotmat(rotations.astype(np.float64))
+
+    chain_starts = {chain[1] for chain in skeleton["chains"]}  # their bones turn from the identity
+
+    def emit(joint: int, depth: int, offset: np.ndarray) -> None:
+        pad = "\t" * depth
+        parent_turn = turned[parents[joint]]
+        turned[joint] = local[:, joint] if joint in chain_starts else parent_turn @ local[:, joint]
+        columns.append(rotmat_to_zxy_degrees(np.swapaxes(parent_turn, -1, -2) @ turned[joint]))
+        lines.extend([f"{pad}JOINT to_{names[joint]}", f"{pad}{{", f"{pad}\tOFFSET {' '.join(f'{v:.6f}' for v in offset)}"])
+        lines.append(f"{pad}\tCHANNELS 3 Zrotation Xrotation Yrotation")
+        for child in children[joint]:
+            emit(child, depth + 1, offsets[joint])
+        if not children[joint]:
+            lines.extend(
+                [f"{pad}\tEnd Site", f"{pad}\t{{", f"{pad}\t\tOFFSET {' '.join(f'{v:.6f}' for v in offsets[joint])}", f"{pad}\t}}"]
+            )
+        lines.append(f"{pad}}}")
+
+    lines.extend([f"ROOT {names[0]}", "{", "\tOFFSET 0.000000 0.000000 0.000000"])
+    lines.append("\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation")
+    for child in children[0]:
+        emit(child, 1, np.zeros(3))
+    lines.extend(["}", "MOTION", f"Frames: {len(joints)}", f"Frame Time: {1 / meta['fps']:.8f}"])
+    lines.extend(" ".join(f"{v:.6f}" for v in row) for row in np.concatenate(columns, axis=1))
+    return "\n".join(lines) + "\n"
+
+
+def write(path: Path, data: bytes) -> None:
+    """Write a file under a temporary name, then rename it."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent or Path(), suffix=path.suffix)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the script; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("model", type=Path, help="an .onnx file exported by a2v")
+    parser.add_argument("--action", help="an action, or several separated by commas (a transition)")
+    parser.add_argument("--out", type=Path, help="F.npz (all clips) or F.bvh (with --count N: F_000.bvh, ...)")
+    parser.add_argument("--frames", type=int, default=0, help="frames a clip (default: the model's)")
+    parser.add_argument("--count", type=int, default=1, help="clips to generate")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the noise")
+    parser.add_argument("--bone-scale", type=float, default=1.0, help="factor on the bone lengths")
+    options = parser.parse_args(arguments)
+    try:
+        if not options.model.is_file():
+            raise ValueError(f"{options.model} does not exist; give an .onnx file exported by a2v")
+        model = Model(options.model)
+        meta = model.metadata
+        if options.action is None:
+            print(f"{options.model}: {meta['skeleton']['name']} skeleton, {len(meta['skeleton']['parents'])} joints, {meta['fps']} fps")
+            print(f"licence: {meta['licence']}\nactions:", *meta["actions"], sep="\n  ")
+            return 0
+        if options.out is None or options.out.suffix not in (".npz", ".bvh"):
+            raise ValueError("give --out F.npz or --out F.bvh")
+        frames = options.frames or meta["frames"]
+        if not 1 <= frames <= 10_000 or options.count < 1:
+            raise ValueError("--frames must be 1 to 10000 and --count at least 1")
+        clips = model.sample(options.action, frames, options.count, options.seed, options.bone_scale)
+        if options.out.suffix == ".bvh":
+            for i in range(options.count):
+                path = options.out if options.count == 1 else options.out.with_name(f"{options.out.stem}_{i:03d}.bvh")
+                write(path, bvh(clips["joints"][i], clips["rotations"][i], meta).encode())
+                print(path)
+            return 0
+        import io
+
+        stream = io.BytesIO()
+        arrays = {name: array if options.count > 1 else array[0] for name, array in clips.items()}
+        skeleton = meta["skeleton"]
+        labels = ",".join(meta["actions"][model.label(name)] for name in options.action.split(","))
+        np.savez(
+            stream,
+            **arrays,
+            fps=np.asarray(float(meta["fps"])),
+            parents=np.asarray(skeleton["parents"]),
+            joint_names=np.asarray(json.dumps(skeleton["joint_names"])),
+            skeleton=np.asarray(skeleton["name"]),
+            action=np.asarray(labels),
+            seed=np.asarray(options.seed),
+        )
+        write(options.out, stream.getvalue())
+        print(options.out)
+        return 0
+    except (ValueError, OSError) as error:
+        print(f"sample.py: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -92,7 +92,7 @@ if ! .venv/bin/python -c "import importlib.metadata as m, sys; sys.exit(m.versio
       fail "found no CPU build of torch $torch for $(.venv/bin/python --version); see https://pytorch.org/get-started/locally, or put its wheel in a folder and set PIP_FIND_LINKS to it"
   fi
 fi
-say "installing the pinned dependencies (about 2 GB unpacked; some minutes the first time)"
+say "installing the pinned dependencies (about 4 GB unpacked; some minutes the first time)"
 "${pip[@]}" -e '.[dev,dask]' | { grep -v '^Requirement already satisfied' || true; }
 .venv/bin/python -m pip check >/dev/null || say "pip check is not clean: $(.venv/bin/python -m pip check | head -n 3)"
 fingerprint >"$stamp"

@@ -49,7 +49,7 @@ class TrainSettings:
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
     reconstruction : "norm" or "mse"
-        Eq. 13, or the published code's.
+        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see docs/motion.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit (the paper's).
     seed : int
@@ -74,7 +74,7 @@ class TrainSettings:
     kl_start: float = 0.001
     kl_end: float = -1.0
     align_weight: float = 10.0
-    reconstruction: ReconstructionLoss = "norm"
+    reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
     seed: int = 0
     threads: int = 0

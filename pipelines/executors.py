@@ -1,0 +1,188 @@
+"""Where fanned-out nodes run: here, in local processes, on Dask or on Ray; all are `concurrent.futures.Executor`.
+
+Local workers are started by a fork server, never by fork (mitsuba, torch and onnxruntime hold threads), with one
+BLAS, OpenMP and Dr.Jit thread each, and they end with the process that started them, even when that is killed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from typing import Any, Literal
+
+from a2v.errors import InputError, MissingDependencyError
+
+ExecutorName = Literal["serial", "local", "dask", "ray"]
+EXECUTORS: tuple[ExecutorName, ...] = ("local", "dask", "ray", "serial")
+
+_ONE_THREAD = {
+    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+}
+
+
+class SerialExecutor(Executor):
+    """Runs every call at once in the calling thread."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Run now; the future is finished."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class RayExecutor(Executor):
+    """Runs calls as Ray tasks; Ray retries those whose worker dies."""
+
+    def __init__(self, address: str | None = None, workers: int | None = None) -> None:
+        try:
+            import ray
+        except ImportError as error:
+            raise MissingDependencyError("the ray executor needs Ray: pip install ray") from error
+        self._ray = ray
+        self._started = not ray.is_initialized()
+        if self._started:
+            local = {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
+            ray.init(address=address, log_to_driver=False, **local)
+        self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Start a Ray task."""
+        future: Future[Any] = self._call.remote(function, args, kwargs).future()
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Stop Ray, if this executor started it."""
+        if self._started:
+            self._ray.shutdown()
+
+
+def _in_one_thread(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+    _limit_threads()
+    return function(*args, **kwargs)
+
+
+def _limit_threads() -> None:
+    os.environ.update(_ONE_THREAD)
+    with contextlib.suppress(ImportError):
+        import threadpoolctl
+
+        threadpoolctl.threadpool_limits(1)
+
+
+def _start_worker() -> None:
+    """In a new local worker: one thread, Ctrl-C left to the parent, and an end with the parent."""
+    import multiprocessing
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _limit_threads()
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+
+        def follow() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=follow, daemon=True).start()
+
+
+def cpu_count() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+
+
+@contextlib.contextmanager
+def open_executor(name: ExecutorName | Executor = "local", *, workers: int | None = None, address: str | None = None) -> Iterator[Executor]:
+    """Yield an executor; on an error nothing that waits is started any more.
+
+    Parameters
+    ----------
+    name : one of EXECUTORS, or an executor of your own (left open)
+    workers : int or None
+        Processes; None for one a core.
+    address : str or None
+        Address of a Dask scheduler or a Ray cluster; None starts one here.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or workers below 1.
+    MissingDependencyError
+        The executor's package is not installed.
+    """
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}; expected 1 or more")
+    if isinstance(name, Executor):
+        yield name
+    elif name == "serial":
+        yield SerialExecutor()
+    elif name == "local":
+        pool = _local_pool(workers or cpu_count())
+        try:
+            yield pool
+        except BaseException:
+            _stop(pool)
+            raise
+        pool.shutdown()
+    elif name == "dask":
+        with _dask_executor(workers or cpu_count(), address) as executor:
+            yield executor
+    elif name == "ray":
+        ray = RayExecutor(address, workers)
+        try:
+            yield ray
+        finally:
+            ray.shutdown(cancel_futures=True)
+    else:
+        raise InputError(f"unknown executor '{name}'; choose from {', '.join(EXECUTORS)}")
+
+
+def _local_pool(workers: int) -> ProcessPoolExecutor:
+    import multiprocessing
+    from multiprocessing import forkserver
+
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(_ONE_THREAD)  # the fork server hands its environment to every worker
+    try:
+        forkserver.ensure_running()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_start_worker)
+
+
+def _stop(pool: ProcessPoolExecutor) -> None:
+    processes = list((getattr(pool, "_processes", None) or {}).values())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in processes:
+        process.terminate()
+    for process in processes:
+        process.join(5)
+
+
+@contextlib.contextmanager
+def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingDependencyError("the dask executor needs Dask: pip install 'a2v[dask]'") from error
+    with contextlib.ExitStack() as stack:
+        if address is None:
+            cluster = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=40
+            )
+            stack.enter_context(cluster)
+            client = stack.enter_context(distributed.Client(cluster))
+        else:
+            client = stack.enter_context(distributed.Client(address))
+        client.run(_limit_threads)
+        yield client.get_executor(retries=2)

@@ -1,0 +1,256 @@
+"""Nodes that remember: a plain typed function whose result is kept under a key of its code and its arguments.
+
+The key digests the source of the node's module, the source of the `a2v` subpackages that it names in `uses`, and the
+arguments (`joblib.hash`: dtype- and shape-aware for arrays; refs and files count by their content). Change any of them
+and the node runs again; change nothing and the stored result is returned. While a node runs it may report progress
+and notes; they go to the event file of the run, which the process that draws the bars reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import dataclasses
+import functools
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+import joblib
+import numpy as np
+
+from a2v.types import Progress
+from pipelines import store as storage
+from pipelines.store import File, Ref, Store
+
+P = ParamSpec("P")
+R = TypeVar("R", covariant=True)
+
+
+class Node(Generic[P, R]):
+    """A memoised function; called, it looks into the current store first."""
+
+    def __init__(self, function: Callable[P, R], uses: Sequence[str]) -> None:
+        functools.update_wrapper(self, function)
+        self.function = function
+        self.uses = tuple(uses)
+        self.name = function.__name__
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """The result for these arguments, remembered or computed now."""
+        return cast(R, self.call(storage.current(), self.code(), args, kwargs))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _find, (self.function.__module__, self.function.__qualname__)
+
+    def code(self) -> str:
+        """Digest of the source that the result depends on."""
+        return _code_digest(self.function.__module__, self.uses)
+
+    def key(self, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
+        """What names a call: node, code and arguments."""
+        bound = inspect.signature(self.function).bind(*args, **kwargs)
+        bound.apply_defaults()
+        return str(joblib.hash([self.name, code, plain(bound.arguments)]))
+
+    def call(self, store: Store, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any], *, fresh: bool = False) -> Any:
+        """As calling, with everything given; `fresh` computes even what is remembered."""
+        key = self.key(code, args, kwargs)
+        started = time.time()
+        if not fresh and (result := store.recall(self.name, key)) is not None:
+            facts = _facts(store, self.name, key)
+            emit(
+                node=self.name,
+                done=True,
+                hit=True,
+                start=started,
+                seconds=time.time() - started,
+                size=size_of(result),
+                notes=facts.get("notes", []),
+            )
+            return result
+        emit(node=self.name, start=started)
+        with peak_memory() as peak, _running(self.name) as notes, storage.using(store.folder):
+            clock = time.perf_counter()
+            result = self.function(*args, **dict(kwargs))  # type: ignore[arg-type]
+            seconds = time.perf_counter() - clock
+        facts = {"seconds": round(seconds, 4), "peak_memory": peak(), "notes": notes, "at": round(started)}
+        store.remember(self.name, key, result, facts)
+        emit(node=self.name, done=True, hit=False, start=started, seconds=seconds, peak=peak(), size=size_of(result), notes=notes)
+        return result
+
+
+def memo(*, uses: Sequence[str] = ()) -> Callable[[Callable[P, R]], Node[P, R]]:
+    """Make a function a `Node`; `uses` names the `a2v` subpackages whose code its result depends on."""
+
+    def wrap(function: Callable[P, R]) -> Node[P, R]:
+        return Node(function, uses)
+
+    return wrap
+
+
+class Bound:
+    """A node with what it needs in any process: the store's folder, the event file's folder and the code's digest."""
+
+    def __init__(self, node: Node[Any, Any], folder: str, events: str, code: str, fresh: bool = False) -> None:
+        self._state = (node, folder, events, code, fresh)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Bound, self._state
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        node, folder, events, code, fresh = self._state
+        token = _events.set(events)
+        try:
+            return node.call(Store(folder), code, args, kwargs, fresh=fresh)
+        finally:
+            _events.reset(token)
+
+    def as_function(self) -> Callable[..., Any]:
+        """A function with the node's own name, signature and annotations, which is what pipefunc reads."""
+        bound = self
+
+        @functools.wraps(bound._state[0].function)
+        def call(*args: Any, **kwargs: Any) -> Any:
+            return bound(*args, **kwargs)
+
+        return call
+
+
+def _find(module: str, name: str) -> Any:
+    return functools.reduce(getattr, name.split("."), cast(Any, importlib.import_module(module)))
+
+
+def plain(value: Any) -> Any:
+    """`value` as fresh lists, dictionaries and arrays, so that equal values hash alike whatever objects they share."""
+    if isinstance(value, Ref | File):
+        return [type(value).__name__, value.digest]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
+        return [type(value).__qualname__, fields]
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return ["array", list(value.shape), [plain(item) for item in value.ravel().tolist()]]
+    if isinstance(value, np.ma.MaskedArray):  # pipefunc hands over a fully computed axis as one
+        return plain(np.asarray(value))
+    if isinstance(value, np.ndarray):
+        return np.ascontiguousarray(value)
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if value is None or isinstance(value, str | bytes | bool | int | float):
+        return value
+    if isinstance(value, os.PathLike):
+        raise TypeError(f"the path {os.fspath(value)} cannot be part of a key; pass File.of(path)")
+    raise TypeError(f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them")
+
+
+@functools.lru_cache(maxsize=None)
+def _code_digest(module: str, uses: tuple[str, ...]) -> str:
+    """Digest of a module's source and of subpackages of `a2v`; once a process, so that it names the code that was imported."""
+    digest = hashlib.blake2b(digest_size=20)
+    for file in _sources(module, uses):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _sources(module: str, uses: Sequence[str]) -> Iterator[Path]:
+    own = inspect.getsourcefile(sys.modules[module])
+    if own is None:
+        raise TypeError(f"module {module} has no source file; nodes live in modules")
+    yield Path(own)
+    for name in uses:
+        spec = importlib.util.find_spec(name if name.startswith("a2v.") else f"a2v.{name}")
+        if spec is None or spec.origin is None:
+            raise TypeError(f"a2v has no subpackage '{name}', which a node of {module} names in uses=")
+        origin = Path(spec.origin)
+        yield from sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
+
+
+def size_of(result: Any) -> list[int]:
+    """Shape of a list or array of refs; empty for a single result."""
+    if isinstance(result, list):
+        return [len(result)]
+    return list(result.shape) if isinstance(result, np.ndarray) else []
+
+
+def _facts(store: Store, node: str, key: str) -> dict[str, Any]:
+    try:
+        return dict(json.loads(store._call(node, key).read_text()))
+    except (OSError, ValueError):
+        return {}
+
+
+# --- what a running node tells
+
+_events: contextvars.ContextVar[str] = contextvars.ContextVar("events", default="")
+_node: contextvars.ContextVar[tuple[str, list[str]] | None] = contextvars.ContextVar("node", default=None)
+
+
+@contextlib.contextmanager
+def _running(name: str) -> Iterator[list[str]]:
+    notes: list[str] = []
+    token = _node.set((name, notes))
+    try:
+        yield notes
+    finally:
+        _node.reset(token)
+
+
+def emit(**event: Any) -> None:
+    """Append one line to this process's event file of the run; nothing outside of a run."""
+    if folder := _events.get():
+        with contextlib.suppress(OSError), open(os.path.join(folder, f"{os.getpid()}.jsonl"), "a") as stream:  # noqa: PTH118
+            stream.write(json.dumps(event) + "\n")
+
+
+def note(text: str) -> None:
+    """Tell the user something about the result (kept with it, so a remembered result says it again)."""
+    running = _node.get()
+    if running is not None and text not in running[1]:
+        running[1].append(text)
+
+
+def progress() -> Progress:
+    """A `Progress` for the long work of the running node; the run draws it as a bar."""
+    running = _node.get()
+    name, last = (running[0] if running else ""), [0.0]
+
+    def report(done: int, total: int) -> None:
+        now = time.monotonic()
+        if now - last[0] > 0.2 or done >= total:
+            last[0] = now
+            emit(node=name, progress=[int(done), int(total)])
+
+    return report
+
+
+@contextlib.contextmanager
+def peak_memory() -> Iterator[Callable[[], int]]:
+    """Yield a function that tells the process's highest resident memory since, in bytes."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")  # Linux: starts the high-water mark anew
+
+    def peak() -> int:
+        try:
+            for line in Path("/proc/self/status").read_text().splitlines():
+                if line.startswith("VmHWM:"):
+                    return int(line.split()[1]) * 1024
+        except OSError:
+            pass
+        import resource
+
+        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return used if sys.platform == "darwin" else used * 1024
+
+    yield peak

@@ -1,0 +1,202 @@
+"""Bars with time left, drawn from what the nodes tell (`pipelines.memo.emit`), wherever they run."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from pipelines.graph import Graph
+
+
+@dataclass
+class NodeStats:
+    """What one node did in a run.
+
+    Attributes
+    ----------
+    calls, cached : int
+        How often its result was asked for, and how often it was remembered.
+    seconds : float
+        Time computing, summed over workers.
+    span : tuple of 2 float
+        First start and last end, seconds since the epoch.
+    peak_memory : int
+        Highest resident memory of a process during a call, bytes.
+    notes : list of str
+        What it told the user.
+    """
+
+    calls: int = 0
+    cached: int = 0
+    seconds: float = 0.0
+    span: tuple[float, float] = (float("inf"), 0.0)
+    peak_memory: int = 0
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Update:
+    """How far a node is.
+
+    Attributes
+    ----------
+    node : str
+    done, total : int
+        Finished calls of the node and how many there will be; `total` is 0 while that is unknown.
+    part : float
+        Share of the running call that is done, 0 to 1.
+    """
+
+    node: str
+    done: int
+    total: int
+    part: float = 0.0
+
+
+Listener = Callable[[Update], None]
+
+
+class Monitor:
+    """Collects the events of a run and passes them on; reads only what is new."""
+
+    def __init__(self, graph: Graph, folder: Path, listener: Listener | None) -> None:
+        self.stats: dict[str, NodeStats] = {}
+        self._folder, self._listener = folder, listener
+        self._steps = {step.node.name: step for step in graph}
+        self._read: dict[str, int] = {}
+        self._sizes: dict[str, int] = {}
+
+    def poll(self) -> None:
+        """Take in the events since the last poll."""
+        for entry in sorted(self._folder.glob("*.jsonl")):
+            with open(entry, "rb") as stream:
+                stream.seek(self._read.get(entry.name, 0))
+                data = stream.read()
+            whole = data[: data.rfind(b"\n") + 1]  # a line may be half-written
+            self._read[entry.name] = self._read.get(entry.name, 0) + len(whole)
+            for line in whole.splitlines():
+                with contextlib.suppress(ValueError):
+                    self._take(json.loads(line))
+
+    def _take(self, event: Mapping[str, Any]) -> None:
+        name = event["node"]
+        step = self._steps.get(name)
+        if step is None:
+            return
+        stats = self.stats.setdefault(name, NodeStats())
+        part = 0.0
+        if "progress" in event:
+            done, total = event["progress"]
+            part = done / max(total, 1)
+        elif event.get("done"):
+            stats.calls += 1
+            stats.cached += bool(event["hit"])
+            stats.seconds += 0.0 if event["hit"] else event["seconds"]
+            stats.span = (min(stats.span[0], event["start"]), max(stats.span[1], event["start"] + event["seconds"]))
+            stats.peak_memory = max(stats.peak_memory, event.get("peak", 0))
+            stats.notes += [text for text in event["notes"] if text not in stats.notes]
+            self._sizes |= dict(zip(step.axes, event["size"], strict=False))
+        if self._listener is not None:
+            total = prod(self._sizes.get(axis, 0) for axis in step.axes) if step.fans_out else 1
+            self._listener(Update(name, stats.calls, total, part))
+
+
+@contextlib.contextmanager
+def watching(monitor: Monitor, interval: float = 0.2) -> Iterator[None]:
+    """Poll `monitor` in a thread while the block runs, and once more after it."""
+    stop = threading.Event()
+
+    def watch() -> None:
+        while not stop.wait(interval):
+            monitor.poll()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        monitor.poll()
+
+
+class Bars:
+    """A tqdm bar a node on standard error, with the time left; plain lines where it is no terminal."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._bars: dict[str, Any] = {}
+        self._quiet = quiet
+        self._said: dict[str, float] = {}
+
+    def __call__(self, update: Update) -> None:
+        """Draw an update."""
+        if self._quiet or (update.total == 0 and update.done == 0):
+            return
+        import sys
+
+        if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
+            self._line(update)
+            return
+        from tqdm.auto import tqdm
+
+        bar = self._bars.get(update.node)
+        if bar is None:
+            form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}<{remaining}"
+            bar = self._bars[update.node] = tqdm(total=max(update.total, 1), desc=update.node, bar_format=form, leave=True, mininterval=0.2)
+        bar.total = max(update.total, 1)
+        bar.n = min(update.done + update.part * (update.done < bar.total), bar.total)
+        bar.refresh()
+
+    def _line(self, update: Update) -> None:
+        import sys
+
+        now = time.monotonic()
+        if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
+            self._said[update.node] = -1.0
+            print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
+        elif update.done < update.total and update.done and now - self._said.setdefault(update.node, now) > 10:
+            self._said[update.node] = now
+            print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Leave the bars as they are."""
+        for bar in self._bars.values():
+            bar.close()
+
+
+def memory_of_family() -> int:
+    """Resident memory of this process and of all below it, bytes (pages that they share count in each)."""
+    import psutil
+
+    total = 0
+    me = psutil.Process()
+    for process in [me, *me.children(recursive=True)]:
+        with contextlib.suppress(psutil.Error):
+            total += process.memory_info().rss
+    return total
+
+
+@contextlib.contextmanager
+def peak_family_memory(interval: float = 0.5) -> Iterator[Callable[[], int]]:
+    """Yield a function that tells the highest `memory_of_family` seen since, sampled."""
+    stop, highest = threading.Event(), [memory_of_family()]
+
+    def sample() -> None:
+        while not stop.wait(interval):
+            highest[0] = max(highest[0], memory_of_family())
+
+    thread = threading.Thread(target=sample, daemon=True)
+    thread.start()
+    try:
+        yield lambda: highest[0]
+    finally:
+        stop.set()
+        thread.join()

@@ -1,0 +1,134 @@
+"""Which joint is the left elbow: names of joints across data sets, capture systems and rigs.
+
+The *canonical* names are those of `a2v.kinematics.HUMANACT12` (SMPL's order), plus ``head_top``, ``left_toes``,
+``left_thumb`` and their right twins. Known are the names of SMPL, HumanAct12, the papers' CMU and NTU skeletons, CMU's
+BVH files, Mixamo, 3ds Max Biped, MotionBuilder, Unreal, Rigify, Poser, DeepMimic and Anny.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+# Base names (side taken off, lower case, letters and digits only). Where one base name means two joints in two
+# systems ("shoulder", "foot", "hand", "leg", "arm", "hip") `_resolve` looks at which others the skeleton has.
+_PLAIN: dict[str, str] = {
+    "upleg": "hip", "thigh": "hip", "upperleg": "hip", "upperleg01": "hip", "femur": "hip",
+    "knee": "knee", "shin": "knee", "calf": "knee", "lowerleg": "knee", "lowerleg01": "knee", "tibia": "knee", "lowleg": "knee",
+    "ankle": "ankle",
+    "toe": "foot", "toebase": "foot", "toe0": "foot", "ball": "foot", "toes": "foot", "toe11": "foot",
+    "toeend": "toes", "toebaseend": "toes", "toesend": "toes", "toe1": "toes", "toe0nub": "toes", "footend": "toes",
+    "collar": "collar", "clavicle": "collar", "clav": "collar", "collarbone": "collar",
+    "upperarm": "shoulder", "uparm": "shoulder", "upperarm01": "shoulder", "shldr": "shoulder", "humerus": "shoulder",
+    "elbow": "elbow", "forearm": "elbow", "lowerarm": "elbow", "lowerarm01": "elbow", "lowarm": "elbow", "radius": "elbow",
+    "wrist": "wrist",
+    "handindex1": "hand", "handmiddle1": "hand", "finger31": "hand", "fingerbase": "hand", "handend": "hand", "wristend": "hand",
+    "thumb": "thumb", "handthumb1": "thumb", "finger11": "thumb", "thumb01": "thumb",
+}  # fmt: skip
+_CENTRAL: dict[str, str] = {
+    "pelvis": "pelvis", "hips": "pelvis", "hip": "pelvis", "root": "pelvis",
+    "neck": "neck", "neck01": "neck", "neck1": "neck",
+    "head": "head", "headtop": "head_top", "headend": "head_top", "headtopend": "head_top", "headnub": "head_top",
+}  # fmt: skip
+_SPINE = re.compile(r"^(spine\d*|chest\d*|upperchest|lowerback|torso|thorax|abdomen\d*|waist|upperback|back\d*)$")
+
+REQUIRED: tuple[str, ...] = (
+    "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
+    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
+)  # fmt: skip
+"""Canonical joints without which a skeleton is not taken for a person's."""
+
+
+def split_side(name: str) -> tuple[str, str]:
+    """Split a joint's name into its side ("left", "right" or "") and its lower-case base name without separators."""
+    name = name.rsplit(":", 1)[-1].rsplit("|", 1)[-1].strip()
+    name = re.sub(r"^(mixamorig\d*|bip0?\d*|character\d*|valvebiped)[_ .]+", "", name, flags=re.IGNORECASE)
+    side = ""
+    patterns = (
+        (r"^(left|right)[_ .-]?(?=.)", True),
+        (r"[_ .-](left|right)(?=$|[_ .-])", True),
+        (r"^(l|r)[_ .-](?=.)", True),
+        (r"[_ .-](l|r)(?=$|[_ .-])", True),
+        (r"^([LRlr])(?=[A-Z])", False),
+    )
+    for pattern, any_case in patterns:
+        if found := re.search(pattern, name, flags=re.IGNORECASE if any_case else 0):
+            side = "left" if found.group(1).lower().startswith("l") else "right"
+            name = name[: found.start()] + name[found.end() :]
+            break
+    else:
+        if found := re.match(r"^(l|r)(femur|tibia|foot|toes|clavicle|humerus|radius|wrist|hand|thumb)$", name):
+            side, name = ("left" if found.group(1) == "l" else "right"), found.group(2)
+    return side, re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def canonical_joints(names: Sequence[str], parents: Sequence[int] | None = None) -> dict[str, int]:
+    """Find the canonical joints among `names`.
+
+    Parameters
+    ----------
+    names : J str
+        Names of joints or bones (a bone counts as the joint at its head).
+    parents : J int or None
+        Parents, to order the bones of the spine.
+
+    Returns
+    -------
+    dict of str to int
+        Index of each canonical joint that was found. Spine joints are ``spine1``, ``spine2``... from the pelvis up
+        (joints between pelvis and neck).
+    """
+    parts = [split_side(name) for name in names]
+    bases = {base for side, base in parts if side}
+    plain = dict(_PLAIN)
+
+    def has(*wanted: str) -> bool:
+        return not bases.isdisjoint(wanted)
+
+    upper_leg = has("upleg", "thigh", "upperleg", "upperleg01", "femur")
+    if not upper_leg:
+        plain["hip"] = "hip"
+        plain["leg"] = "hip" if has("knee", "shin", "calf", "lowerleg", "lowleg") else "knee"
+    else:
+        plain["leg"] = "knee"
+    if has("ankle"):
+        plain.setdefault("foot", "foot")
+    else:
+        plain["foot"] = "ankle"
+    if has("arm", "upperarm", "uparm", "upperarm01", "shldr", "humerus"):
+        plain["shoulder"] = "collar"
+        plain["arm"] = "shoulder"
+    else:
+        plain["shoulder"] = "shoulder"
+    plain["hand"] = "hand" if has("wrist") else "wrist"
+    found: dict[str, int] = {}
+    for index, (side, base) in enumerate(parts):
+        name = f"{side}_{plain[base]}" if side and base in plain else _CENTRAL.get(base, "") if not side else ""
+        if name:
+            found.setdefault(name, index)
+    if "pelvis" not in found and "left_hip" in found:
+        found["pelvis"] = 0
+    spine = [index for index, (side, base) in enumerate(parts) if not side and _SPINE.match(base) and index != found.get("pelvis")]
+    if parents is not None:
+        depth = {index: len(_path(index, parents)) for index in spine}
+        top = found.get("neck", found.get("head", found.get("left_shoulder")))
+        if top is not None:
+            on_path = set(_path(top, parents))
+            spine = [index for index in spine if index in on_path] or spine
+        spine.sort(key=depth.__getitem__)
+    for place, index in enumerate(spine):
+        found[f"spine{place + 1}"] = index
+    return found
+
+
+def missing_joints(found: dict[str, int]) -> list[str]:
+    """Names out of `REQUIRED` that are not in `found`."""
+    return [name for name in REQUIRED if name not in found]
+
+
+def _path(index: int, parents: Sequence[int]) -> list[int]:
+    path = []
+    while index >= 0:
+        path.append(index)
+        index = int(parents[index])
+    return path

@@ -1,0 +1,73 @@
+"""Another frame rate for a motion, without kinks and without drift."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics import forward_kinematics, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
+from a2v.types import FloatArray, Motion
+
+
+def resample_motion(motion: Motion, fps: float) -> Motion:
+    """Resample clip(s) to `fps`, keeping the duration from the first to the last frame.
+
+    Rotations (as quaternions of continuous sign), root and bone lengths run through monotone cubics (PCHIP): smooth in
+    velocity, no overshoot, so that a foot that stands still keeps still; frames that both rates share are unchanged, and
+    bones keep their lengths.
+
+    Parameters
+    ----------
+    motion : Motion
+        One clip or a batch.
+    fps : float
+        Frames per second, 0.1 to 1000.
+
+    Raises
+    ------
+    InputError
+        `fps` is out of range.
+    """
+    if not (np.isfinite(fps) and 0.1 <= fps <= 1000):
+        raise InputError(f"fps is {fps}; expected 0.1 to 1000 frames per second")
+    if fps == motion.fps:
+        return motion
+    frames = int(np.floor((motion.frames - 1) / motion.fps * fps + 1e-6)) + 1
+    if motion.frames == 1:
+        return dataclasses.replace(motion, fps=float(fps))
+    at = np.minimum(np.arange(frames) * (motion.fps / fps), motion.frames - 1)
+    skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
+    joints = motion.joints.astype(np.float64)
+    lengths = np.linalg.norm(joints - joints[..., np.maximum(motion.parents, 0), :], axis=-1)
+    rotations = motion.rotations.astype(np.float64)
+    if np.abs(forward_kinematics(rotations, joints[..., 0, :], lengths, skeleton) - joints).max() > 5e-5:
+        rotations = inverse_kinematics(joints, skeleton)
+    quats = continuous(rotvec_to_quat(rotations), axis=-3)
+    quats = interpolate(quats, at, axis=-3)
+    turned = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
+    root = interpolate(joints[..., 0, :], at, axis=-2)
+    moved = forward_kinematics(turned, root, interpolate(lengths, at, axis=-2), skeleton)
+    return dataclasses.replace(
+        motion, joints=moved.astype(np.float32), rotations=turned.astype(np.float32), root=root.astype(np.float32), fps=float(fps)
+    )
+
+
+def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
+    """Values at fractional frames `at` along `axis`: monotone cubic, linear for two frames."""
+    from scipy.interpolate import PchipInterpolator
+
+    count = values.shape[axis]
+    if count == 1:
+        return np.repeat(values, len(at), axis=axis)
+    result: FloatArray = PchipInterpolator(np.arange(count), values, axis=axis)(at)
+    return result
+
+
+def continuous(quats: FloatArray, axis: int = 0) -> FloatArray:
+    """Flip signs of quaternions (..., 4) so that neighbours along `axis` (time) are on the same side."""
+    moved = np.moveaxis(quats, axis, 0)
+    dots = (moved[1:] * moved[:-1]).sum(-1, keepdims=True)
+    signs = np.concatenate([np.ones_like(dots[:1]), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)])
+    return np.moveaxis(moved * signs, 0, axis)

@@ -1,0 +1,187 @@
+"""A bounded reader of binary glTF 2.0: the container, its accessors and its images.
+
+Only what skinned people need; the semantics (skins, poses) are in `avatars`. The JSON is read with the
+standard library rather than with pygltflib, so that every broken file is named by one clear `InputError`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.types import ByteArray, FloatArray
+
+MAX_FILE_BYTES = 128 << 20
+MAX_JSON_BYTES = 16 << 20
+MAX_ELEMENTS = 4_000_000
+MAX_IMAGE_SIDE = 8192
+
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+
+
+@dataclass(frozen=True)
+class Gltf:
+    """A parsed ``.glb``: its JSON and its binary chunk."""
+
+    path: Path
+    json: dict[str, Any]
+    binary: bytes
+
+    def fail(self, what: str) -> InputError:
+        """An error that names the file."""
+        return InputError(f"{self.path}: {what}; expected a binary glTF 2.0 of a skinned person")
+
+    def items(self, kind: str) -> list[dict[str, Any]]:
+        """The list `kind` ("nodes", "meshes", ...) of the file; empty where absent."""
+        value = self.json.get(kind, [])
+        if not isinstance(value, list) or any(not isinstance(entry, dict) for entry in value):
+            raise self.fail(f"'{kind}' is no list of objects")
+        return value
+
+    def item(self, kind: str, index: Any) -> dict[str, Any]:
+        """Entry `index` of list `kind`."""
+        entries = self.items(kind)
+        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(entries):
+            raise self.fail(f"refers to {kind}[{index}] of {len(entries)}")
+        return entries[index]
+
+    def view(self, index: Any) -> tuple[int, int, int]:
+        """Offset, length and stride (0: tightly packed) in bytes of a buffer view, checked against the binary chunk."""
+        view = self.item("bufferViews", index)
+        offset, length, stride = (self._count(view.get(key, 0), key) for key in ("byteOffset", "byteLength", "byteStride"))
+        if view.get("buffer", 0) != 0 or offset + length > len(self.binary):
+            raise self.fail(f"bufferView {index} reaches beyond the file's {len(self.binary)} bytes")
+        return offset, length, stride
+
+    def accessor(self, index: Any) -> np.ndarray:
+        """The accessor as (count, width), normalised integers already mapped to [0, 1] or [-1, 1] float32.
+
+        Interleaved views are de-interleaved; sparse accessors are not supported.
+        """
+        accessor = self.item("accessors", index)
+        count = self._count(accessor.get("count"), "count")
+        component, width = _COMPONENTS.get(accessor.get("componentType", 0)), _WIDTHS.get(accessor.get("type", ""))
+        if component is None or width is None or "sparse" in accessor or count > MAX_ELEMENTS:
+            raise self.fail(f"accessor {index} is of an unknown, sparse or oversized kind")
+        if "bufferView" not in accessor:
+            return np.zeros((count, width), component)
+        start, length, stride = self.view(accessor["bufferView"])
+        dtype = np.dtype(component)
+        offset, stride = self._count(accessor.get("byteOffset", 0), "byteOffset"), stride or dtype.itemsize * width
+        if count and offset + stride * (count - 1) + dtype.itemsize * width > length:
+            raise self.fail(f"accessor {index} reaches beyond its bufferView")
+        raw = np.ndarray((count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)).copy()
+        if not accessor.get("normalized") or dtype.kind == "f":
+            return raw
+        return np.maximum(raw.astype(np.float32) / np.iinfo(dtype).max, -1.0)
+
+    def image(self, index: Any) -> ByteArray:
+        """Image `index`, decoded to (H, W, 3) uint8 sRGB; the size is checked before decoding."""
+        from PIL import Image
+
+        source = self.item("images", index)
+        if "bufferView" not in source:
+            raise self.fail(f"image {index} is not inside the file")
+        start, length, _ = self.view(source["bufferView"])
+        try:
+            with Image.open(io.BytesIO(self.binary[start : start + length]), formats=("JPEG", "PNG")) as picture:
+                if max(picture.size) > MAX_IMAGE_SIDE:
+                    raise self.fail(f"image {index} is {picture.width} x {picture.height} pixels; at most {MAX_IMAGE_SIDE} are read")
+                return np.asarray(picture.convert("RGB"))
+        except OSError as error:
+            raise self.fail(f"image {index} is no readable JPEG or PNG ({error})") from error
+
+    def node_matrices(self) -> tuple[FloatArray, list[int]]:
+        """World matrices (N, 4, 4) float64 of the nodes as the file poses them, and each node's parent (-1: none)."""
+        nodes = self.items("nodes")
+        parents = [-1] * len(nodes)
+        for index, node in enumerate(nodes):
+            for child in node.get("children", []):
+                self.item("nodes", child)
+                parents[child] = index
+        world: list[np.ndarray | None] = [None] * len(nodes)
+        for index in range(len(nodes)):
+            chain, at = [], index
+            while at >= 0 and world[at] is None:
+                chain.append(at)
+                at = parents[at]
+                if len(chain) > len(nodes):
+                    raise self.fail("the nodes form a loop")
+            for link in reversed(chain):
+                local = self._local_matrix(nodes[link])
+                above = world[parents[link]] if parents[link] >= 0 else None
+                world[link] = local if above is None else above @ local
+        return np.stack([matrix for matrix in world if matrix is not None]) if nodes else np.zeros((0, 4, 4)), parents
+
+    def _local_matrix(self, node: dict[str, Any]) -> np.ndarray:
+        try:
+            if "matrix" in node:
+                return np.asarray(node["matrix"], np.float64).reshape(4, 4).T  # glTF is column-major
+            x, y, z, w = np.asarray(node.get("rotation", (0, 0, 0, 1)), np.float64)
+            scale = np.asarray(node.get("scale", (1, 1, 1)), np.float64).reshape(3)
+            move = np.asarray(node.get("translation", (0, 0, 0)), np.float64).reshape(3)
+        except (TypeError, ValueError) as error:
+            raise self.fail(f"node '{node.get('name', '')}' has a malformed transform ({error})") from error
+        local = np.eye(4)
+        local[:3, :3] = scale * np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        local[:3, 3] = move
+        return local
+
+    def _count(self, value: Any, name: str) -> int:
+        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+            raise self.fail(f"'{name}' is {value!r}")
+        return value
+
+
+def read_glb(path: str | os.PathLike[str]) -> Gltf:
+    """Read the container of a binary glTF 2.0 file.
+
+    Raises
+    ------
+    InputError
+        The file is missing, too large, truncated or no binary glTF 2.0; the message names it.
+    """
+    source = Path(path)
+    try:
+        size = source.stat().st_size
+        if size > MAX_FILE_BYTES:
+            raise InputError(f"{source} has {size >> 20} MiB; at most {MAX_FILE_BYTES >> 20} MiB are read")
+        data = source.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {source}: {error.strerror}; give the path of a .glb file") from error
+    empty = Gltf(source, {}, b"")
+    if len(data) < 20 or data[:4] != b"glTF" or struct.unpack_from("<I", data, 4)[0] != 2:
+        raise empty.fail("is no binary glTF 2.0")
+    chunks: dict[bytes, bytes] = {}
+    at = 12
+    while at + 8 <= len(data):
+        length, kind = struct.unpack_from("<I4s", data, at)
+        if at + 8 + length > len(data):
+            raise empty.fail("is truncated")
+        chunks.setdefault(kind, data[at + 8 : at + 8 + length])
+        at += 8 + length
+    text = chunks.get(b"JSON", b"")
+    if not 0 < len(text) <= MAX_JSON_BYTES:
+        raise empty.fail(f"has a JSON chunk of {len(text)} bytes")
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise empty.fail(f"has broken JSON ({error})") from error
+    if not isinstance(content, dict):
+        raise empty.fail("has no JSON object")
+    return Gltf(source, content, chunks.get(b"BIN\0", b""))

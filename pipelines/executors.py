@@ -19,9 +19,7 @@ from a2v.errors import InputError, MissingDependencyError
 ExecutorName = Literal["serial", "local", "dask", "ray"]
 EXECUTORS: tuple[ExecutorName, ...] = ("local", "dask", "ray", "serial")
 
-_ONE_THREAD = {
-    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-}
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
 
 
 class SerialExecutor(Executor):

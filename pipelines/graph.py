@@ -56,12 +56,12 @@ class Step:
 Graph = Sequence[Step]
 
 
-def video_graph() -> tuple[Step, ...]:
-    """The steps from a photo and an action to the video and the exports."""
+def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
+    """The steps from a photo and an action (or a recorded motion) to the video and the exports."""
     from pipelines.nodes import animation, body, export, motion, reconstruction, rendering, subject
 
     return (
-        Step(motion.motion, "motion"),
+        Step(motion.recorded if recorded else motion.motion, "motion"),
         Step(subject.subject, "subject"),
         Step(body.body, ("body", "photo_camera")),
         Step(reconstruction.surface, "surface"),
@@ -70,12 +70,14 @@ def video_graph() -> tuple[Step, ...]:
         Step(animation.poses, "poses"),
         Step(animation.pose, "pose", "... -> pose[t]"),
         Step(animation.posed, "posed", "pose[t] -> posed[t]"),
+        Step(rendering.look, "look"),
         Step(rendering.camera, "camera", "... -> camera[t, c]"),
         Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]"),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
+        Step(export.still, "still"),
     )
 
 

@@ -38,10 +38,11 @@ R = TypeVar("R", covariant=True)
 class Node(Generic[P, R]):
     """A memoised function; called, it looks into the current store first."""
 
-    def __init__(self, function: Callable[P, R], uses: Sequence[str]) -> None:
+    def __init__(self, function: Callable[P, R], uses: Sequence[str], remember: bool = True) -> None:
         functools.update_wrapper(self, function)
         self.function = function
         self.uses = tuple(uses)
+        self.remember = remember
         self.name = function.__name__
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -65,34 +66,33 @@ class Node(Generic[P, R]):
         """As calling, with everything given; `fresh` computes even what is remembered."""
         key = self.key(code, args, kwargs)
         started = time.time()
-        if not fresh and (result := store.recall(self.name, key)) is not None:
-            facts = _facts(store, self.name, key)
-            emit(
-                node=self.name,
-                done=True,
-                hit=True,
-                start=started,
-                seconds=time.time() - started,
-                size=size_of(result),
-                notes=facts.get("notes", []),
-            )
+        if self.remember and not fresh and (known := store.recall(self.name, key)) is not None:
+            result, facts = known
+            told = {name: facts.get(name) for name in ("notes", "measures")}
+            emit(node=self.name, done=True, hit=True, start=started, seconds=time.time() - started, size=size_of(result), **told)
             return result
         emit(node=self.name, start=started)
-        with peak_memory() as peak, _running(self.name) as notes, storage.using(store.folder):
+        with peak_memory() as peak, _running(self.name) as running, storage.using(store.folder):
             clock = time.perf_counter()
-            result = self.function(*args, **dict(kwargs))  # type: ignore[arg-type]
-            seconds = time.perf_counter() - clock
-        facts = {"seconds": round(seconds, 4), "peak_memory": peak(), "notes": notes, "at": round(started)}
-        store.remember(self.name, key, result, facts)
-        emit(node=self.name, done=True, hit=False, start=started, seconds=seconds, peak=peak(), size=size_of(result), notes=notes)
+            result = self.function(*args, **dict(kwargs))
+            facts = {"seconds": time.perf_counter() - clock, "peak": peak(), "notes": running.notes, "measures": running.measures}
+        if self.remember:
+            store.remember(self.name, key, result, {**facts, "start": started})
+        emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)
         return result
 
 
-def memo(*, uses: Sequence[str] = ()) -> Callable[[Callable[P, R]], Node[P, R]]:
-    """Make a function a `Node`; `uses` names the `a2v` subpackages whose code its result depends on."""
+def memo(*, uses: Sequence[str] = (), remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
+    """Make a function a `Node`.
+
+    Parameters
+    ----------
+    uses : names of the `a2v` subpackages or modules (`"animation"`, `"rendering.video"`) whose code the result depends on
+    remember : False for what also depends on the machine and costs little: it runs every time
+    """
 
     def wrap(function: Callable[P, R]) -> Node[P, R]:
-        return Node(function, uses)
+        return Node(function, uses, remember)
 
     return wrap
 
@@ -107,6 +107,7 @@ class Bound:
         return Bound, self._state
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """The node's result; its events go to the run."""
         node, folder, events, code, fresh = self._state
         token = _events.set(events)
         try:
@@ -155,7 +156,7 @@ def plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them")
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def _code_digest(module: str, uses: tuple[str, ...]) -> str:
     """Digest of a module's source and of subpackages of `a2v`; once a process, so that it names the code that was imported."""
     digest = hashlib.blake2b(digest_size=20)
@@ -184,25 +185,25 @@ def size_of(result: Any) -> list[int]:
     return list(result.shape) if isinstance(result, np.ndarray) else []
 
 
-def _facts(store: Store, node: str, key: str) -> dict[str, Any]:
-    try:
-        return dict(json.loads(store._call(node, key).read_text()))
-    except (OSError, ValueError):
-        return {}
-
-
 # --- what a running node tells
 
 _events: contextvars.ContextVar[str] = contextvars.ContextVar("events", default="")
-_node: contextvars.ContextVar[tuple[str, list[str]] | None] = contextvars.ContextVar("node", default=None)
+_node: contextvars.ContextVar[_Running | None] = contextvars.ContextVar("node", default=None)
+
+
+@dataclasses.dataclass
+class _Running:
+    name: str
+    notes: list[str] = dataclasses.field(default_factory=list)
+    measures: dict[str, float] = dataclasses.field(default_factory=dict)
 
 
 @contextlib.contextmanager
-def _running(name: str) -> Iterator[list[str]]:
-    notes: list[str] = []
-    token = _node.set((name, notes))
+def _running(name: str) -> Iterator[_Running]:
+    running = _Running(name)
+    token = _node.set(running)
     try:
-        yield notes
+        yield running
     finally:
         _node.reset(token)
 
@@ -217,14 +218,21 @@ def emit(**event: Any) -> None:
 def note(text: str) -> None:
     """Tell the user something about the result (kept with it, so a remembered result says it again)."""
     running = _node.get()
-    if running is not None and text not in running[1]:
-        running[1].append(text)
+    if running is not None and text not in running.notes:
+        running.notes.append(text)
+
+
+def measure(**values: float) -> None:
+    """Record numbers about the result, such as residuals, for the report (kept with it)."""
+    running = _node.get()
+    if running is not None:
+        running.measures.update(values)
 
 
 def progress() -> Progress:
     """A `Progress` for the long work of the running node; the run draws it as a bar."""
     running = _node.get()
-    name, last = (running[0] if running else ""), [0.0]
+    name, last = (running.name if running else ""), [0.0]
 
     def report(done: int, total: int) -> None:
         now = time.monotonic()

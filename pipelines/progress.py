@@ -32,6 +32,8 @@ class NodeStats:
         Highest resident memory of a process during a call, bytes.
     notes : list of str
         What it told the user.
+    measures : dict
+        Numbers about its result, such as residuals; of the last call.
     """
 
     calls: int = 0
@@ -40,6 +42,7 @@ class NodeStats:
     span: tuple[float, float] = (float("inf"), 0.0)
     peak_memory: int = 0
     notes: list[str] = field(default_factory=list)
+    measures: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,8 @@ class Monitor:
             stats.seconds += 0.0 if event["hit"] else event["seconds"]
             stats.span = (min(stats.span[0], event["start"]), max(stats.span[1], event["start"] + event["seconds"]))
             stats.peak_memory = max(stats.peak_memory, event.get("peak", 0))
-            stats.notes += [text for text in event["notes"] if text not in stats.notes]
+            stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]
+            stats.measures |= event["measures"] or {}
             self._sizes |= dict(zip(step.axes, event["size"], strict=False))
         if self._listener is not None:
             total = prod(self._sizes.get(axis, 0) for axis in step.axes) if step.fans_out else 1

@@ -158,16 +158,16 @@ class Store:
     def _call(self, node: str, key: str) -> Path:
         return self.folder / "calls" / node / key[:2] / f"{key[2:]}.json"
 
-    def recall(self, node: str, key: str) -> Any:
-        """The remembered result of a call, or None where it is unknown or any of its values is gone."""
+    def recall(self, node: str, key: str) -> tuple[Any, dict[str, Any]] | None:
+        """The remembered (result, facts) of a call, or None where it is unknown or any of its values is gone."""
         path = self._call(node, key)
         try:
             record = json.loads(path.read_text())
-            result = _decode(record["result"])
+            result = _decode(record.pop("result"))
             os.utime(path)
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return result if all(self.has(ref) for ref in refs_in(result)) else None
+        return (result, record) if all(self.has(ref) for ref in refs_in(result)) else None
 
     def remember(self, node: str, key: str, result: Any, facts: dict[str, Any]) -> None:
         """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them)."""

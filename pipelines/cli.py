@@ -1,0 +1,141 @@
+"""The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
+
+A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``add_arguments(parser)`` and
+``run(settings) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick.
+
+Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input; 130 Ctrl-C; 143 terminated.
+"""
+
+from __future__ import annotations
+
+import difflib
+import errno
+import importlib
+import importlib.util
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+from typing import Any
+
+from a2v.errors import A2VError, InputError
+
+COMMANDS = {
+    "video": "a photo and an action to a video, a rigged character and its motion",
+    "motion": "an action to motion files",
+    "reconstruct": "a photo to a rigged, textured 3D character",
+    "actions": "list what a motion model can do",
+    "evaluate": "measure models as the papers do",
+    "train": "train a model",
+    "data": "check and describe a data set",
+    "survey": "make a user study, or analyse its answers",
+    "dag": "draw the pipeline",
+    "cache": "show or trim what is remembered",
+}
+"""Commands by name, and what they do; one is there when its module is."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
+    try:
+        return _run(arguments)
+    except A2VError as error:
+        return _fail(str(error), 2)
+    except KeyboardInterrupt:
+        return _fail("interrupted; what was finished is remembered, the same command goes on from there", 130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 141
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
+            place = f" ({error.filename})" if error.filename else ""
+            return _fail(f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR", 2)
+        raise
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise SystemExit(143)
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"a2v: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+def available() -> dict[str, str]:
+    """The commands of this installation and what they do."""
+    return {name: text for name, text in COMMANDS.items() if importlib.util.find_spec(f"pipelines.commands.{name}")}
+
+
+def _run(arguments: list[str]) -> int:
+    commands = available()
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        print(_overview(commands))
+        return 0 if arguments else 2
+    if arguments[0] in ("-V", "--version"):
+        from a2v import __version__
+
+        print(f"a2v {__version__}")
+        return 0
+    name = arguments[0]
+    if name not in commands:
+        near = difflib.get_close_matches(name, commands, n=2, cutoff=0.5)
+        raise InputError(f"unknown command '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(commands)}")
+    command = importlib.import_module(f"pipelines.commands.{name}")
+    settings = parse(name, command, arguments[1:])
+    return int(command.run(settings))
+
+
+def parse(name: str, command: Any, arguments: Sequence[str]) -> Any:
+    """Parse `arguments` for a command's module.
+
+    Raises
+    ------
+    InputError
+        Unknown or malformed options.
+    """
+    import argparse
+
+    import jsonargparse
+
+    class Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpFormatter):
+        """Shows defaults, and the examples as they are written."""
+
+    parser = jsonargparse.ArgumentParser(
+        prog=f"a2v {name}",
+        description=command.HELP,
+        epilog=command.EXAMPLES,
+        formatter_class=Formatter,
+        exit_on_error=False,
+    )
+    parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
+    command.add_arguments(parser)
+    try:
+        return parser.parse_args(list(arguments))
+    except argparse.ArgumentError as error:
+        raise InputError(f"{_first_line(str(error))}; see a2v {name} --help") from None
+
+
+def _first_line(text: str) -> str:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return " ".join(lines[:3]) if lines else "bad arguments"
+
+
+def _overview(commands: dict[str, str]) -> str:
+    width = max(map(len, commands))
+    listed = "\n".join(f"  {name:<{width}}  {text}" for name, text in commands.items())
+    return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help tells more)
+
+From an action's name and one photograph to a video of that person doing the action, in 3D.
+
+{listed}
+
+examples:
+  a2v actions --model cmu
+  a2v video --photo me.jpg --action Walk --out out/walk"""
+

@@ -1,0 +1,52 @@
+"""``a2v cache``: what is remembered, and how to have less of it."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from a2v.errors import InputError
+
+HELP = "Show or trim the store of remembered results."
+EXAMPLES = """examples:
+  a2v cache                  where it is and what it holds
+  a2v cache --trim 5GB       remove what was used longest ago
+  a2v cache --clear          remove everything"""
+
+_UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
+
+
+def add_arguments(parser: Any) -> None:
+    """Declare the options."""
+    parser.add_argument("--cache", type=str | None, default=None, help="folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)")
+    parser.add_argument("--trim", type=str | None, default=None, metavar="SIZE", help="keep at most this much, such as 5GB")
+    parser.add_argument("--clear", action="store_true", help="remove everything")
+
+
+def parse_size(text: str) -> int:
+    """Bytes of a size such as "5GB".
+
+    Raises
+    ------
+    InputError
+        It is no size.
+    """
+    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([KMGT]?B?)\s*", text.upper())
+    unit = found and (found.group(2) if found.group(2).endswith("B") or not found.group(2) else found.group(2) + "B")
+    if not found or unit not in _UNITS:
+        raise InputError(f"'{text}' is no size; expected a number and a unit, such as 500MB or 5GB")
+    return int(float(found.group(1)) * _UNITS[unit])
+
+
+def run(settings: Any) -> int:
+    """Trim if asked to, then show."""
+    from pipelines.store import Store
+
+    store = Store(settings.cache)
+    if settings.clear or settings.trim is not None:
+        removed = store.trim(0 if settings.clear else parse_size(settings.trim), everything=settings.clear)
+        print(f"removed {removed / 1e6:.1f} MB")
+    print(f"store: {store.folder}")
+    for name, (count, size) in store.usage().items():
+        print(f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB")
+    return 0

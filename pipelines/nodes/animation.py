@@ -1,0 +1,50 @@
+"""From a surface, a body and a motion to a character that moves."""
+
+from __future__ import annotations
+
+import functools
+
+from a2v.animation import BindSettings, RetargetSettings
+from a2v.types import Body, Character, Motion, Surface
+from pipelines.memo import memo
+from pipelines.nodes.values import Pose, Poses, Vertices
+from pipelines.store import Ref, current, get, put
+
+
+@memo(uses=("animation", "body.parts"))
+def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
+    """Bind the surface to the body's bones (Eq. 19)."""
+    from a2v import animation
+
+    return put(animation.bind(get(colored, Surface), get(body, Body), settings=bind))
+
+
+@memo(uses=("animation", "kinematics"))
+def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings) -> Ref[Poses]:
+    """Carry the motion over to the body's bones; the feet neither slide nor sink."""
+    from a2v import animation
+
+    clip = get(motion, Motion)
+    return put(Poses(bone_transforms=animation.retarget(clip, get(body, Body), settings=retarget), fps=clip.fps, action=clip.action))
+
+
+@memo()
+def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
+    """The frames of the motion, one by one."""
+    return [put(Pose(bone_transforms=transforms)) for transforms in get(poses, Poses).bone_transforms]
+
+
+@memo(uses=("animation",))
+def posed(character: Ref[Character], pose: Ref[Pose]) -> Ref[Vertices]:
+    """Deform the character to one pose (Eq. 20)."""
+    from a2v.animation import deform
+
+    return put(Vertices(vertices=deform(load_character(str(current().folder), character), get(pose, Pose).bone_transforms)))
+
+
+@functools.lru_cache(maxsize=1)
+def load_character(folder: str, ref: Ref[Character]) -> Character:
+    """The character, kept for the frames that follow in the same process."""
+    from pipelines.store import Store
+
+    return Store(folder).get(ref, Character)

@@ -1,0 +1,88 @@
+"""From moving vertices to frames and videos."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.types import VIEWS, Character, RenderSettings
+from pipelines.memo import memo, note
+from pipelines.nodes.animation import load_character
+from pipelines.nodes.values import Blob, Image, Poses, Vertices
+from pipelines.store import Ref, current, get, put
+
+
+@memo(uses=("rendering",), remember=False)
+def look(render: RenderSettings) -> Ref[RenderSettings]:
+    """What of the settings a single frame depends on, with the Mitsuba variant that works on this machine."""
+    from a2v.rendering import choose_variant
+
+    variant = render.variant
+    if variant == "auto":
+        variant, message = choose_variant()
+        if message:
+            note(message)
+    return put(dataclasses.replace(render, variant=variant, views=VIEWS, threads=0, provenance={}))
+
+
+@memo(uses=("rendering",))
+def camera(posed: np.ndarray, render: RenderSettings) -> np.ndarray:
+    """The cameras of every frame and view; they follow the character."""
+    from a2v.rendering import follow_cameras
+
+    clouds = [get(ref, Vertices).vertices for ref in posed]
+    bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
+    tracks = follow_cameras(bounds, render)
+    cameras = np.empty((len(clouds), len(render.views)), dtype=object)
+    for c, view in enumerate(render.views):
+        for t, one in enumerate(tracks[view]):
+            cameras[t, c] = put(one)
+    return cameras
+
+
+@memo(uses=("rendering",))
+def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[Any], look: Ref[RenderSettings]) -> Ref[Image]:
+    """Render one frame of one view."""
+    from a2v.rendering import ViewCamera
+
+    renderer = _renderer(str(current().folder), character, look)
+    return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(camera, ViewCamera))))
+
+
+@functools.lru_cache(maxsize=1)
+def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings]) -> Any:
+    """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
+    from a2v.rendering import Renderer
+    from pipelines.store import Store
+
+    settings = Store(folder).get(look, RenderSettings)
+    threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
+    return Renderer(load_character(folder, character).surface, dataclasses.replace(settings, threads=threads))
+
+
+@memo(uses=("rendering.video",))
+def clip(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
+    """One view as an MP4."""
+    return put(_encode((get(ref, Image).pixels for ref in frame), get(poses, Poses).fps))
+
+
+@memo(uses=("rendering.video",))
+def video(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
+    """All views side by side as an MP4."""
+    return put(_encode((np.concatenate([get(ref, Image).pixels for ref in row], axis=1) for row in frame), get(poses, Poses).fps))
+
+
+def _encode(frames: Iterator[np.ndarray], fps: float) -> Blob:
+    from a2v.rendering import write_video
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.mp4"
+        write_video(path, frames, fps)
+        return Blob.of(path.read_bytes())

@@ -1,0 +1,23 @@
+"""From a photo to the person in it."""
+
+from __future__ import annotations
+
+from a2v.perception import PerceptionSettings
+from a2v.types import Subject
+from pipelines.memo import memo, note
+from pipelines.nodes.values import Blob
+from pipelines.store import Ref, get, put
+
+
+@memo(uses=("perception",))
+def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
+    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
+    from a2v.perception import decode_photo, find_person, read_openpose
+
+    pixels = decode_photo(bytes(get(photo, Blob)), "the photo")
+    given_mask = None if mask is None else decode_photo(bytes(get(mask, Blob)), "the mask")
+    given_keypoints = None if keypoints is None else read_openpose(bytes(get(keypoints, Blob)))
+    found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception)
+    for warning in found.warnings:
+        note(warning)
+    return put(found)

@@ -1,0 +1,111 @@
+"""What passes between nodes besides the types of `a2v.types`."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.types import ByteArray, FloatArray, Record
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blob(Record):
+    """The bytes of a file.
+
+    Attributes
+    ----------
+    data : (N,) uint8
+    """
+
+    data: ByteArray
+
+    @classmethod
+    def of(cls, data: bytes) -> Blob:
+        """Wrap `data`."""
+        return cls(data=np.frombuffer(data, dtype=np.uint8))
+
+    def __bytes__(self) -> bytes:
+        return self.data.tobytes()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poses(Record):
+    """A body's bones over time.
+
+    Attributes
+    ----------
+    bone_transforms : (T, B, 4, 4) float32
+        World from bone, metres.
+    fps : float
+    action : str
+    """
+
+    bone_transforms: FloatArray
+    fps: float
+    action: str = ""
+
+    def __post_init__(self) -> None:
+        self._check("bone_transforms", ("T", "B", 4, 4))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose(Record):
+    """A body's bones at one moment.
+
+    Attributes
+    ----------
+    bone_transforms : (B, 4, 4) float32
+        World from bone, metres.
+    """
+
+    bone_transforms: FloatArray
+
+    def __post_init__(self) -> None:
+        self._check("bone_transforms", ("B", 4, 4))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vertices(Record):
+    """A character's vertices at one moment.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float32
+        World, metres.
+    """
+
+    vertices: FloatArray
+
+    def __post_init__(self) -> None:
+        self._check("vertices", ("V", 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Image(Record):
+    """A rendered frame, losslessly compressed.
+
+    Attributes
+    ----------
+    png : (N,) uint8
+        The bytes of a PNG.
+    """
+
+    png: ByteArray
+
+    @classmethod
+    def of(cls, pixels: ByteArray) -> Image:
+        """Compress pixels (H, W, 3) uint8."""
+        import PIL.Image
+
+        buffer = io.BytesIO()
+        PIL.Image.fromarray(pixels).save(buffer, "png", compress_level=1)
+        return cls(png=np.frombuffer(buffer.getvalue(), dtype=np.uint8))
+
+    @property
+    def pixels(self) -> ByteArray:
+        """The frame, (H, W, 3) uint8 sRGB."""
+        import PIL.Image
+
+        return np.asarray(PIL.Image.open(io.BytesIO(self.png.tobytes())).convert("RGB"))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import itertools
 import json
 import os
 import sys
@@ -99,42 +100,48 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 
 
 def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
-    """One clip (T, J, 3) as BVH text in metres.
+    """One clip (T, J, 3) as BVH text in centimetres.
 
-    A BVH joint turns all bones that start at it, our rotations turn one bone each: so every bone gets a joint of
-    its own at its start, called by the joint it leads to.
+    A BVH joint turns all bones that start at it, ours turn one bone each: where several bones start at a joint,
+    each gets a helper joint of zero offset, ``<joint it leads to>_turn``.
     """
     skeleton = meta["skeleton"]
     parents, names = skeleton["parents"], skeleton["joint_names"]
     children: list[list[int]] = [[j for j, p in enumerate(parents) if p == parent] for parent in range(len(parents))]
-    lengths = np.linalg.norm(joints[0] - joints[0][np.maximum(parents, 0)], axis=-1)
+    lengths = 100 * np.linalg.norm(joints[0] - joints[0][np.maximum(parents, 0)], axis=-1)
     offsets = np.asarray(skeleton["rest_directions"]) * lengths[:, None]
-    lines, columns = ["HIERARCHY"], [joints[:, 0], np.zeros((len(joints), 3))]
-    turned = {0: np.tile(np.eye(3), (len(joints), 1, 1))}
     local = rotvec_to_rotmat(rotations.astype(np.float64))
+    turned = {0: np.tile(np.eye(3), (len(joints), 1, 1))}  # world rotation of the bone that ends at a joint
+    for chain in skeleton["chains"]:
+        for previous, joint in itertools.pairwise(chain):
+            # chains start from the identity
+            turned[joint] = local[:, joint] if previous == chain[0] else turned[previous] @ local[:, joint]
+    lines, columns = ["HIERARCHY"], [100 * joints[:, 0]]
 
-    chain_starts = {chain[1] for chain in skeleton["chains"]}  # their bones turn from the identity
-
-    def emit(joint: int, depth: int, offset: np.ndarray) -> None:
+    def emit(name: str, offset: np.ndarray, turn: np.ndarray, depth: int, inside: list[int], joint: int | None) -> None:
+        """One node at `joint` (None: a helper, whose only content is the joint it leads to)."""
         pad = "\t" * depth
-        parent_turn = turned[parents[joint]]
-        turned[joint] = local[:, joint] if joint in chain_starts else parent_turn @ local[:, joint]
-        columns.append(rotmat_to_zxy_degrees(np.swapaxes(parent_turn, -1, -2) @ turned[joint]))
-        lines.extend([f"{pad}JOINT to_{names[joint]}", f"{pad}{{", f"{pad}\tOFFSET {' '.join(f'{v:.6f}' for v in offset)}"])
-        lines.append(f"{pad}\tCHANNELS 3 Zrotation Xrotation Yrotation")
-        for child in children[joint]:
-            emit(child, depth + 1, offsets[joint])
-        if not children[joint]:
-            lines.extend(
-                [f"{pad}\tEnd Site", f"{pad}\t{{", f"{pad}\t\tOFFSET {' '.join(f'{v:.6f}' for v in offsets[joint])}", f"{pad}\t}}"]
-            )
+        columns.append(rotmat_to_zxy_degrees(turn))
+        channels = "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation" if depth == 0 else "3 Zrotation Xrotation Yrotation"
+        lines.extend([f"{pad}{'JOINT' if depth else 'ROOT'} {name}", f"{pad}{{", f"{pad}\tOFFSET {' '.join(f'{v:.6f}' for v in offset)}"])
+        lines.append(f"{pad}\tCHANNELS {channels}")
+        for child in inside:
+            relative = np.swapaxes(turned[joint], -1, -2) @ turned[child] if joint is not None else None
+            if relative is not None and len(inside) > 1:
+                emit(f"{names[child]}_turn", np.zeros(3), relative, depth + 1, [child], None)
+            else:
+                emit_joint(child, depth + 1)
+        if not inside:
+            lines.extend([f"{pad}\tEnd Site", f"{pad}\t{{", f"{pad}\t\tOFFSET 0.000000 0.000000 0.000000", f"{pad}\t}}"])
         lines.append(f"{pad}}}")
 
-    lines.extend([f"ROOT {names[0]}", "{", "\tOFFSET 0.000000 0.000000 0.000000"])
-    lines.append("\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation")
-    for child in children[0]:
-        emit(child, 1, np.zeros(3))
-    lines.extend(["}", "MOTION", f"Frames: {len(joints)}", f"Frame Time: {1 / meta['fps']:.8f}"])
+    def emit_joint(joint: int, depth: int) -> None:
+        own = children[joint]
+        turn = np.swapaxes(turned[joint], -1, -2) @ turned[own[0]] if len(own) == 1 else np.eye(3)[None].repeat(len(joints), 0)
+        emit(names[joint], offsets[joint] if joint else np.zeros(3), turn, depth, own, joint)
+
+    emit_joint(0, 0)
+    lines.extend(["MOTION", f"Frames: {len(joints)}", f"Frame Time: {1 / meta['fps']:.8f}"])
     lines.extend(" ".join(f"{v:.6f}" for v in row) for row in np.concatenate(columns, axis=1))
     return "\n".join(lines) + "\n"
 

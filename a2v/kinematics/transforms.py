@@ -22,6 +22,12 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
     return lengths
 
 
+def compose(first: Array, second: Array) -> Array:
+    """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times faster than matmul."""
+    product: Array = sum(first[..., :, k, None] * second[..., k, None, :] for k in range(3))
+    return product
+
+
 def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: Skeleton) -> Array:
     """Joint positions from rotation vectors, root and bone lengths: the mapping Gamma of Eq. 6.
 
@@ -52,9 +58,7 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
     for joints, previous in skeleton.levels:
         here = local[..., list(joints), :, :]
         if turned is not None:
-            before = turned[..., [position[p] for p in previous], :, :]
-            # a 3x3 product as three multiply-adds: several times faster than batched matmul on a CPU
-            here = sum(before[..., :, k, None] * here[..., k, None, :] for k in range(3))
+            here = compose(turned[..., [position[p] for p in previous], :, :], here)
         turned, position = here, {joint: i for i, joint in enumerate(joints)}
         ends = (here * rest[list(joints)][:, None, :]).sum(-1)
         for i, joint in enumerate(joints):
@@ -80,15 +84,18 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
     if xp is not np:
         rest = rest.to(joints.device)
     rotations: dict[int, Array] = {0: xp.zeros_like(joints[..., 0, :])}
-    for chain in skeleton.chains:
-        turned: Array | None = None
-        for joint in chain[1:]:
-            target = vectors[..., joint, :]
-            if turned is not None:
-                target = (turned * target[..., :, None]).sum(-2)  # transpose(turned) @ target
-            rotvec = swing_between(xp.zeros_like(target) + rest[joint], target)
-            rotations[joint] = rotvec
-            local = rotvec_to_rotmat(rotvec)
-            turned = local if turned is None else turned @ local
+    turned: Array | None = None
+    position: dict[int, int] = {}
+    for level, previous in skeleton.levels:
+        target = vectors[..., list(level), :]
+        before = None if turned is None else turned[..., [position[p] for p in previous], :, :]
+        if before is not None:
+            target = (before * target[..., :, None]).sum(-2)  # transpose(before) @ target
+        rotvec = swing_between(xp.zeros_like(target) + rest[list(level)], target)
+        local = rotvec_to_rotmat(rotvec)
+        turned = local if before is None else compose(before, local)
+        position = {joint: i for i, joint in enumerate(level)}
+        for i, joint in enumerate(level):
+            rotations[joint] = rotvec[..., i, :]
     stacked: Array = xp.stack([rotations[joint] for joint in range(skeleton.n_joints)], -2)
     return stacked

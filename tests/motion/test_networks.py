@@ -1,0 +1,116 @@
+"""The VAE: the paper's sizes, the parallel pass against the step loop, losses against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from torch.distributions import Normal, kl_divergence
+
+from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
+from a2v.motion.losses import gaussian_kl, vae_losses
+from a2v.motion.networks import DECODERS, MotionVAE, VAESettings
+
+
+def parameters(module):
+    return sum(p.numel() for p in module.parameters())
+
+
+def inputs(skeleton=HUMANACT12, batch=3, frames=9, actions=12, latent=30, seed=0):
+    g = torch.Generator().manual_seed(seed)
+    joints = torch.randn(batch, frames, skeleton.n_joints, 3, generator=g) * 0.3
+    joints = joints - joints[:, :1, :1]
+    onehot = torch.eye(actions)[torch.randint(0, actions, (batch,), generator=g)]
+    lengths = torch.rand(batch, skeleton.n_joints, generator=g)
+    noise = torch.randn(batch, frames, latent, generator=g)
+    return joints, onehot, lengths, noise
+
+
+def shifted(joints):
+    return torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
+
+
+def test_sizes_of_table_3():
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder="lie"))
+    assert parameters(model.posterior) == parameters(model.prior) == 117_820
+    assert parameters(model.generator) + parameters(model.pose_decoder) == 227_110
+    assert model.posterior.encoder.in_features == model.prior.encoder.in_features == 85
+    assert model.generator.encoder.in_features == 115
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+@pytest.mark.parametrize("name", ["humanact12", "cmu", "ntu_vibe"])
+def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
+    skeleton = SKELETONS[name]
+    torch.manual_seed(0)
+    model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs(skeleton))
+    previous = shifted(joints)
+    parallel = model.reconstruct(joints, previous, actions, lengths, noise)
+    states = model.initial_states(3)
+    latent = parallel.posterior_mean + torch.exp(0.5 * parallel.posterior_logvar) * noise
+    for t in range(joints.shape[1]):
+        counter = torch.full((3, 1), (t + 1) / joints.shape[1], dtype=torch.float64)
+        context = torch.cat([previous[:, t].flatten(1), actions, counter], -1)[:, None]
+        mean, logvar, prior = model.prior(context, states.prior)
+        assert torch.allclose(mean[:, 0], parallel.prior_mean[:, t], atol=1e-12)
+        assert torch.allclose(logvar[:, 0], parallel.prior_logvar[:, t], atol=1e-12)
+        outputs, generator = model.generator(torch.cat([context, latent[:, t : t + 1]], -1), states.generator)
+        pose = model.pose_decoder(outputs, previous[:, t : t + 1], lengths, states.trajectory)
+        assert torch.allclose(pose.joints[:, 0], parallel.pose.joints[:, t], atol=1e-12)
+        states = states._replace(prior=prior, generator=generator, trajectory=states.trajectory if pose.state is None else pose.state)
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_the_rollout_is_a_fixed_point_of_the_parallel_pass(decoder):
+    """Fed with its own roll-out, the parallel pass must produce exactly that roll-out again."""
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder)).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs())
+    rolled = model.rollout(joints, actions, lengths, noise)
+    again = model.reconstruct(joints, shifted(rolled), actions, lengths, noise).pose.joints
+    assert torch.allclose(again, rolled, atol=1e-10)
+
+
+@pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
+def test_generated_bones_keep_their_lengths(decoder):
+    torch.manual_seed(1)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder))
+    _, actions, lengths, noise = inputs(frames=40)
+    joints = model.sample(actions[:, None].expand(-1, 40, -1), lengths, noise).joints
+    measured = bone_lengths(joints, HUMANACT12)[..., 1:]
+    assert (measured - lengths[:, None, 1:]).abs().max() < 1e-5
+
+
+def test_kl_agrees_with_torch():
+    g = torch.Generator().manual_seed(0)
+    m1, v1, m2, v2 = (torch.randn(5, 7, 30, generator=g) for _ in range(4))
+    expected = kl_divergence(Normal(m1, torch.exp(0.5 * v1)), Normal(m2, torch.exp(0.5 * v2))).sum(-1)
+    assert torch.allclose(gaussian_kl(m1, v1, m2, v2), expected, rtol=1e-4)
+    assert torch.allclose(gaussian_kl(m1, v1, m1, v1), torch.zeros(5, 7), atol=1e-6)
+
+
+def test_losses_against_closed_forms():
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder="glmi-m"))
+    joints, actions, lengths, noise = inputs()
+    result = model.reconstruct(joints, shifted(joints), actions, lengths, noise)
+    moved = result._replace(pose=result.pose._replace(joints=joints + torch.tensor([0.03, 0.0, 0.04]), velocity=result.pose.velocity * 0))
+    norm, mse = (vae_losses(moved, joints, reconstruction=kind) for kind in ("norm", "mse"))
+    assert norm.reconstruction.item() == pytest.approx(24 * 0.05, rel=1e-4)
+    assert mse.reconstruction.item() == pytest.approx(0.05**2 / 3, rel=1e-4)
+    steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)
+    assert norm.alignment.item() == pytest.approx(steps.mean(), rel=1e-4)
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_every_parameter_learns(decoder):
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder))
+    joints, actions, lengths, noise = inputs()
+    losses = vae_losses(model.reconstruct(joints, shifted(joints), actions, lengths, noise), joints)
+    (losses.reconstruction + losses.kl + losses.alignment).backward()
+    for name, parameter in model.named_parameters():
+        assert parameter.grad is not None, name
+        assert torch.isfinite(parameter.grad).all(), name
+        assert parameter.grad.abs().sum() > 0, name

@@ -1,0 +1,111 @@
+"""Training: it learns, resumes exactly, and refuses what cannot work."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from a2v.datasets import ActionDataset
+from a2v.errors import InputError
+from a2v.kinematics import CMU, forward_kinematics
+from a2v.motion.networks import VAESettings
+from a2v.motion.training import TrainSettings, feedback_previous, read_checkpoint, start, train
+
+
+def waving(trajectory=True, clips=6, frames=30):
+    """Clips of one arm that waves at two speeds while the root walks on."""
+    rng = np.random.default_rng(0)
+    lengths = np.full(20, 0.3)
+    joints, labels = [], []
+    for i in range(clips):
+        t = np.arange(frames)[:, None] * (0.1 + 0.3 * (i % 2)) + rng.uniform(0, 6)
+        rotations = np.zeros((frames, 20, 3))
+        rotations[:, 4:6, 2] = np.sin(t)
+        root = np.zeros((frames, 3))
+        if trajectory:
+            root[:, 2] = np.arange(frames) * 0.05
+        joints.append(forward_kinematics(rotations, root, lengths, CMU).astype(np.float32))
+        labels.append(i % 2)
+    names = tuple(map(str, range(clips)))
+    return ActionDataset(
+        name="waving", skeleton=CMU, actions=("slow", "fast"), joints=tuple(joints), labels=np.array(labels), clip_names=names,
+        subjects=names, fps=20.0, length=20,
+    )  # fmt: skip
+
+
+SMALL = VAESettings(hidden_size=16, latent_size=4)
+SETTINGS = TrainSettings(iterations=30, batch_size=8, learning_rate=5e-3, threads=1, device="cpu", log_every=5)
+
+
+def test_the_loss_falls(tmp_path):
+    rows = []
+    train(
+        waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=60), on_log=lambda _, row: rows.append(dict(row))
+    )
+    assert rows[-1]["reconstruction"] < 0.5 * rows[0]["reconstruction"]
+    assert rows[0]["kl_weight"] < rows[-1]["kl_weight"] == pytest.approx(0.01, rel=0.1)
+    assert (tmp_path / "log.csv").read_text().count("\n") == 13
+
+
+class Killed(Exception):
+    pass
+
+
+@pytest.mark.parametrize("decoder", ["glmi-m", "glmi-r", "lie", "plain"])
+def test_a_killed_run_resumes_to_the_same_weights(tmp_path, decoder):
+    vae = dataclasses.replace(SMALL, decoder=decoder)
+    whole = train(waving(), tmp_path / "whole", vae=vae, settings=SETTINGS)
+
+    def kill(state, _row):
+        if state.iteration == 15:
+            raise Killed
+
+    with pytest.raises(Killed):
+        train(waving(), tmp_path / "parts", vae=vae, settings=SETTINGS, on_log=kill)
+    assert read_checkpoint(tmp_path / "parts" / "checkpoint.pt")["iteration"] == 15
+    resumed = train(waving(), tmp_path / "parts", vae=vae, settings=SETTINGS)
+    for (name, a), b in zip(whole.named_parameters(), resumed.parameters(), strict=True):
+        assert torch.equal(a, b), name
+
+
+def test_resuming_with_other_settings_is_refused(tmp_path):
+    train(waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=2))
+    with pytest.raises(InputError, match=r"batch_size=8, not 4"):
+        train(waving(), tmp_path, vae=SMALL, settings=dataclasses.replace(SETTINGS, iterations=2, batch_size=4))
+
+
+def test_glmi_needs_a_trajectory():
+    with pytest.raises(InputError, match="no root trajectory"):
+        start(waving(trajectory=False), SMALL, SETTINGS)
+    start(waving(trajectory=False), dataclasses.replace(SMALL, decoder="lie"), SETTINGS)
+
+
+def test_teacher_forced_sequences_see_real_poses_and_others_their_own():
+    dataset = waving()
+    model = start(dataset, SMALL, SETTINGS).model
+    joints = torch.from_numpy(np.stack([j[:20] - j[0, 0] for j in dataset.joints[:4]]))
+    lengths = torch.from_numpy(dataset.clip_bone_lengths[:4])
+    actions, noise = torch.eye(2)[[0, 1, 0, 1]], torch.zeros(4, 20, 4)
+    teacher = torch.tensor([True, False, True, False])
+    previous = feedback_previous(model, joints, actions, lengths, noise, teacher)
+    assert torch.equal(previous[:, 0], torch.zeros_like(previous[:, 0]))
+    assert torch.equal(previous[teacher, 1:], joints[teacher, :-1])
+    own = model.rollout(joints, actions, lengths, noise)
+    assert torch.allclose(previous[~teacher, 1:], own[~teacher, :-1], atol=1e-5)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x80\x04cos\nsystem\n(S'true'\ntR."])
+def test_foreign_checkpoints_are_refused(tmp_path, content):
+    (tmp_path / "checkpoint.pt").write_bytes(content)
+    with pytest.raises(InputError, match=r"checkpoint\.pt"):
+        read_checkpoint(tmp_path / "checkpoint.pt")
+
+
+def test_impossible_settings_are_refused():
+    with pytest.raises(InputError, match="probability"):
+        TrainSettings(teacher_forcing=1.5)
+    with pytest.raises(InputError, match="unknown decoder"):
+        VAESettings(decoder="transformer")

@@ -15,7 +15,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import sha256
-from a2v.types import FloatArray, Motion
+from a2v.types import FloatArray, IntArray, Motion
 
 WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
 """Where the shipped networks are."""
@@ -79,6 +79,11 @@ class MotionModel:
         return float(self.metadata["fps"])
 
     @property
+    def bone_lengths(self) -> FloatArray:
+        """Default bone lengths (J,) float32, native units."""
+        return np.asarray(self.metadata["bone_lengths"], dtype=np.float32)
+
+    @property
     def digest(self) -> str:
         """SHA-256 of the file."""
         return sha256(self.path)
@@ -98,6 +103,44 @@ class MotionModel:
         near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
         raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
+
+    def generate(self, labels: IntArray, noise: FloatArray, lengths: FloatArray, *, threads: int = 1) -> tuple[FloatArray, FloatArray]:
+        """Run the network on explicit inputs: what `sample` and the evaluation are made of.
+
+        Parameters
+        ----------
+        labels : (N, T) int
+            Action of every frame.
+        noise : (N, T, Z) float32
+        lengths : (N, J) float32
+            Bone lengths, native units.
+        threads : int
+            Threads of onnxruntime.
+
+        Returns
+        -------
+        joints : (N, T, J, 3) float32
+            Metres, y up, the first root near the origin.
+        rotations : (N, T, J, 3) float32
+        """
+        count, frames = labels.shape
+        feed = initial_feed(self.metadata, count) | {
+            "noise": np.asarray(noise, dtype=np.float32),
+            "actions": np.asarray(labels, dtype=np.int64),
+            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
+            "bone_lengths": np.asarray(lengths, dtype=np.float32),
+        }
+        joints, rotations = _session(self.path, threads).run(["joints", "rotations"], feed)
+        return joints, rotations
+
+    def to_native(self, joints: FloatArray) -> FloatArray:
+        """World joints (..., T, J, 3) in the data set's own frame and unit, first root at the origin.
+
+        This is what the papers' classifiers expect.
+        """
+        moved = joints - joints[..., :1, :1, :]
+        native: FloatArray = moved / np.float32(self.metadata["metres_per_unit"]) * np.asarray(self.metadata["native_signs"], np.float32)
+        return native
 
     def sample(
         self,
@@ -143,14 +186,8 @@ class MotionModel:
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
         if noise is None:
             noise = draw_noise(seed, count, frames, self.metadata["latent_size"])
-        lengths = np.asarray(self.metadata["bone_lengths"], dtype=np.float32) * np.float32(bone_scale)
-        feed = initial_feed(self.metadata, count) | {
-            "noise": np.asarray(noise, dtype=np.float32),
-            "actions": np.tile(labels.astype(np.int64), (count, 1)),
-            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
-            "bone_lengths": np.tile(lengths, (count, 1)),
-        }
-        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        lengths = self.bone_lengths * np.float32(bone_scale)
+        joints, rotations = self.generate(np.tile(labels, (count, 1)), noise, np.tile(lengths, (count, 1)))
         joints = joints - ground_offset(joints)
         if count == 1:
             joints, rotations = joints[0], rotations[0]

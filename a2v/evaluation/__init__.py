@@ -1,0 +1,1 @@
+"""How good generated motions are: the papers' classifier metrics and physical plausibility."""

@@ -85,7 +85,9 @@ def _run(arguments: list[str]) -> int:
     name = arguments[0]
     if name not in commands:
         near = difflib.get_close_matches(name, commands, n=2, cutoff=0.5)
-        raise InputError(f"unknown command '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(commands)}")
+        raise InputError(
+            f"unknown command '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(commands)}"
+        )
     command = importlib.import_module(f"pipelines.commands.{name}")
     settings = parse(name, command, arguments[1:])
     return int(command.run(settings))
@@ -138,4 +140,3 @@ From an action's name and one photograph to a video of that person doing the act
 examples:
   a2v actions --model cmu
   a2v video --photo me.jpg --action Walk --out out/walk"""
-

@@ -88,7 +88,9 @@ def _draw_with_matplotlib(graph: Graph, path: Path) -> None:
     axes.axis("off")
     for source, target, _ in dict.fromkeys(edges(graph)):
         if source in place:
-            axes.annotate("", place[target], place[source], arrowprops={"arrowstyle": "->", "color": "#888888", "shrinkA": 12, "shrinkB": 12})
+            axes.annotate(
+                "", place[target], place[source], arrowprops={"arrowstyle": "->", "color": "#888888", "shrinkA": 12, "shrinkB": 12}
+            )
     for step in graph:
         given = [name for name in arguments_of(step) if name in inputs_of(graph)]
         text = label(step) + (f"\n({', '.join(given)})" if given else "")

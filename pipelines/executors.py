@@ -19,7 +19,9 @@ from a2v.errors import InputError, MissingDependencyError
 ExecutorName = Literal["serial", "local", "dask", "ray"]
 EXECUTORS: tuple[ExecutorName, ...] = ("local", "dask", "ray", "serial")
 
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
+)
 
 
 class SerialExecutor(Executor):
@@ -74,11 +76,59 @@ def _limit_threads() -> None:
         threadpoolctl.threadpool_limits(1)
 
 
-def _start_worker() -> None:
+_HANDED_DOWN = ("DRJIT_LIBLLVM_PATH", "A2V_CACHE", "TMPDIR")
+"""What a worker takes over from the environment of the moment at which it starts, not of the fork server's start."""
+
+
+class LocalExecutor(Executor):
+    """Processes of this machine, started at the first call; nothing is started for a run that fans nothing out."""
+
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+        self._pool: ProcessPoolExecutor | None = None
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Hand the call to a worker."""
+        if self._pool is None:
+            self._pool = _start_pool(self._workers)
+        return self._pool.submit(function, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers; with `cancel_futures` at once, in the middle of what they do."""
+        if self._pool is None:
+            return
+        processes = list((getattr(self._pool, "_processes", None) or {}).values()) if cancel_futures else []
+        self._pool.shutdown(wait=wait and not cancel_futures, cancel_futures=cancel_futures)
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join(5)
+
+
+def _start_pool(workers: int) -> ProcessPoolExecutor:
+    import multiprocessing
+    from multiprocessing import forkserver
+
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(_ONE_THREAD)  # the fork server hands its environment to every worker
+    try:
+        forkserver.ensure_running()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value
+    given = {name: os.environ[name] for name in _HANDED_DOWN if name in os.environ}
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_start_worker, initargs=(given,))
+
+
+def _start_worker(environment: dict[str, str]) -> None:
     """In a new local worker: one thread, Ctrl-C left to the parent, and an end with the parent."""
     import multiprocessing
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ.update(environment)
     _limit_threads()
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -121,11 +171,11 @@ def open_executor(name: ExecutorName | Executor = "local", *, workers: int | Non
     elif name == "serial":
         yield SerialExecutor()
     elif name == "local":
-        pool = _local_pool(workers or cpu_count())
+        pool = LocalExecutor(workers or cpu_count())
         try:
             yield pool
         except BaseException:
-            _stop(pool)
+            pool.shutdown(cancel_futures=True)
             raise
         pool.shutdown()
     elif name == "dask":
@@ -139,32 +189,6 @@ def open_executor(name: ExecutorName | Executor = "local", *, workers: int | Non
             ray.shutdown(cancel_futures=True)
     else:
         raise InputError(f"unknown executor '{name}'; choose from {', '.join(EXECUTORS)}")
-
-
-def _local_pool(workers: int) -> ProcessPoolExecutor:
-    import multiprocessing
-    from multiprocessing import forkserver
-
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)  # the fork server hands its environment to every worker
-    try:
-        forkserver.ensure_running()
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name)
-            else:
-                os.environ[name] = value
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_start_worker)
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    processes = list((getattr(pool, "_processes", None) or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in processes:
-        process.terminate()
-    for process in processes:
-        process.join(5)
 
 
 @contextlib.contextmanager

@@ -22,7 +22,12 @@ PACKAGES = (
 
 
 def make_report(
-    outcome: Outcome, *, command: str, parameters: Mapping[str, Any], inputs: Mapping[str, str | os.PathLike[str]], outputs: Iterable[Path] = ()
+    outcome: Outcome,
+    *,
+    command: str,
+    parameters: Mapping[str, Any],
+    inputs: Mapping[str, str | os.PathLike[str]],
+    outputs: Iterable[Path] = (),
 ) -> dict[str, Any]:
     """The report of a run as JSON.
 
@@ -72,7 +77,9 @@ def versions() -> dict[str, str]:
     try:
         root = Path(__file__).resolve().parents[1]
         if (root / ".git").exists():
-            found["commit"] = subprocess.run(["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
+            found["commit"] = subprocess.run(
+                ["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, check=True
+            ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         pass
     return found
@@ -100,5 +107,3 @@ def table(outcome: Outcome) -> str:
         lines.append(f"{name:<12}{stats.calls:>6}{stats.cached:>12}{stats.seconds:>9.2f}{stats.peak_memory / 1e6:>9.0f}")
     lines.append(f"{'all':<12}{'':>6}{'':>12}{outcome.seconds:>9.2f}{outcome.peak_memory / 1e6:>9.0f}")
     return "\n".join(lines)
-
-

@@ -27,7 +27,9 @@ def run(settings: Any) -> int:
     lengths = np.array([len(joints) for joints in found.joints])
     print(f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects")
     print(f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints")
-    print(f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than {found.length}")
+    print(
+        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than {found.length}"
+    )
     print(f"digest: {found.digest}")
     for label, action in enumerate(found.actions):
         clips = lengths[found.labels == label]

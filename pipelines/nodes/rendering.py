@@ -39,7 +39,7 @@ def camera(posed: np.ndarray, render: RenderSettings) -> np.ndarray:
 
     clouds = [get(ref, Vertices).vertices for ref in posed]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
-    tracks = follow_cameras(bounds, render)
+    tracks = follow_cameras(bounds, dataclasses.replace(render, views=VIEWS))  # the same cameras whichever views are asked for
     cameras = np.empty((len(clouds), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
@@ -59,10 +59,12 @@ def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[Any], loo
 @functools.lru_cache(maxsize=1)
 def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings]) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
-    from a2v.rendering import Renderer
+    from a2v.rendering import Renderer, choose_variant
     from pipelines.store import Store
 
     settings = Store(folder).get(look, RenderSettings)
+    if settings.variant.startswith("llvm") and "DRJIT_LIBLLVM_PATH" not in os.environ:  # a worker on another machine
+        choose_variant()
     threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
     return Renderer(load_character(folder, character).surface, dataclasses.replace(settings, threads=threads))
 

@@ -1,0 +1,132 @@
+"""``a2v video``: a photo and an action to a video."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from a2v.errors import InputError
+from a2v.io import atomic_path
+
+HELP = "Make a video of the person in a photo doing an action, seen from several sides, with a rigged character and its motion."
+EXAMPLES = """examples:
+  a2v video --photo me.jpg --action Walk --out out/walk
+  a2v video --photo me.jpg --action Walk,Jump --model cmu --frames 90 --out out/walk-jump
+  a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
+  a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
+  a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
+
+The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz and report.json.
+Run it again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
+
+
+def add_arguments(parser: Any) -> None:
+    """Declare the options."""
+    from a2v.animation import RetargetSettings
+    from a2v.types import VIEWS, RenderSettings
+    from pipelines.inputs import add_photo_arguments, add_run_arguments
+
+    look = RenderSettings()
+    parser.add_argument("--out", required=True, help="folder for the results")
+    parser.add_argument("--action", default="", help="what to do; several with commas follow each other (a2v actions lists them)")
+    parser.add_argument("--model", default="cmu", help="motion model: cmu, humanact12 or an .onnx file")
+    parser.add_argument(
+        "--motion", type=str | None, default=None, help="recorded motion instead of a model: .bvh, .npz or DeepMimic's .txt"
+    )
+    parser.add_argument("--frames", type=int, default=60, help="frames of motion")
+    parser.add_argument("--fps", type=float | None, default=None, help="resample the motion to this many frames a second (same duration)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the motion: another seed, another performance")
+    parser.add_argument("--views", default=",".join(VIEWS), help=f"of {', '.join(VIEWS)}")
+    parser.add_argument("--size", type=int, default=look.size, help="pixels a side")
+    parser.add_argument("--spp", type=int, default=look.spp, help="samples a pixel")
+    parser.add_argument("--denoise", type=bool, default=look.denoise, help="Open Image Denoise on every frame")
+    parser.add_argument("--variant", default=look.variant, help="Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb")
+    parser.add_argument("--render_seed", type=int, default=look.seed, help="seed of the renderer")
+    parser.add_argument("--raw", action="store_true", help="leave the feet as the motion has them: no contact clean-up")
+    parser.add_argument(
+        "--from", dest="start", type=str | None, default=None, metavar="NODE", help="compute NODE and all that follows anew"
+    )
+    parser.add_argument("--only", type=str | None, default=None, metavar="NODE", help="stop at NODE and write its result")
+    add_photo_arguments(parser)
+    parser.add_argument("--retarget", type=RetargetSettings, default=RetargetSettings(), help="carrying the motion over to the body")
+    add_run_arguments(parser)
+
+
+def run(settings: Any) -> int:
+    """Make the video; print its path last."""
+    import dataclasses
+
+    from a2v.animation import RetargetSettings
+    from pipelines.graph import check_names, outputs_of, video_graph
+    from pipelines.inputs import as_dataclass, check_writable, motion_inputs, photo_inputs, render_settings
+    from pipelines.outputs import write_node, write_results
+    from pipelines.progress import Bars
+    from pipelines.report import make_report, table
+    from pipelines.run import run as run_graph
+    from pipelines.store import Store
+
+    graph = video_graph(recorded=settings.motion is not None)
+    check_names(graph, [name for name in (settings.start, settings.only) if name], outputs_of(graph), "node")
+    store = Store(settings.cache)
+    retarget = as_dataclass(RetargetSettings, settings.retarget)
+    params = {
+        "render": render_settings(settings),
+        "retarget": dataclasses.replace(retarget, raw=True) if settings.raw else retarget,
+        **motion_inputs(
+            action=settings.action,
+            model=settings.model,
+            motion=settings.motion,
+            frames=settings.frames,
+            seed=settings.seed,
+            fps=settings.fps,
+        ),
+    }
+    out = check_writable(settings.out)
+    params |= photo_inputs(settings, store)
+    targets = [settings.only] if settings.only else ["video", "clip", "glb", "bvh", "motion", "subject"]
+    bars = Bars(quiet=settings.quiet)
+    try:
+        outcome = run_graph(
+            targets,
+            graph=graph,
+            executor=settings.executor,
+            workers=settings.workers,
+            address=settings.address,
+            store=store,
+            start=settings.start,
+            progress=bars,
+            **params,
+        )
+    finally:
+        bars.close()
+    if settings.only:
+        written = write_node(outcome, settings.only, out, params["render"].views)
+    else:
+        written = write_results(outcome, out, params["render"].views)
+    inputs = {name: value for name in ("photo", "mask", "keypoints", "motion") if (value := getattr(settings, name)) is not None}
+    if settings.motion is None:
+        inputs["model"] = params["model"].path
+    report = make_report(outcome, command="video", parameters=described(settings, params), inputs=inputs, outputs=written)
+    with atomic_path(out / "report.json") as temporary:
+        temporary.write_text(json.dumps(report, indent=2) + "\n")
+    import sys
+
+    if not settings.quiet:
+        print(table(outcome), file=sys.stderr)
+    for text in outcome.notes:
+        print(f"note: {text}", file=sys.stderr)
+    if not written:
+        raise InputError(f"{settings.only} gave nothing to write")
+    print(written[0])
+    return 0
+
+
+def described(settings: Any, params: dict[str, Any]) -> dict[str, Any]:
+    """What was set, for the report: the values in force, files by name."""
+    names = ("action", "model", "motion", "frames", "fps", "seed", "executor", "workers", "start", "only")
+    flat = {name: getattr(settings, name) for name in names}
+    stages = {
+        name: value for name, value in params.items() if name in ("perception", "fit", "shape", "color", "bind", "retarget", "render")
+    }
+    return {**flat, "photo": Path(settings.photo).name, **stages}

@@ -1,0 +1,64 @@
+"""From a run's values to the files that the user asked for; each appears when it is complete."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.io import atomic_path, read_npz
+from a2v.types import Motion
+from pipelines.nodes.values import Blob, Image
+from pipelines.run import Outcome
+from pipelines.store import Ref
+
+_NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "bvh": "motion.bvh"}
+
+
+def write_results(outcome: Outcome, folder: Path, views: Sequence[str]) -> list[Path]:
+    """Write video, clips, character and motion; returns the paths, the video's first."""
+    written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
+    written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
+    written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
+    outcome.get("motion", Motion).save(folder / "motion.npz")
+    return [*written, folder / "motion.npz"]
+
+
+def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:
+    """Write the value of one output: files as they are, frames as PNG, anything else as .npz; one a frame and view where it fans out."""
+    value = outcome.values[name]
+    if isinstance(value, Ref):
+        return [_write(outcome, name, value, folder / _NAMES.get(name, f"{name}.npz"))]
+    refs = np.asarray(value, dtype=object) if not isinstance(value, np.ndarray) else value
+    written = []
+    for index in np.ndindex(refs.shape):
+        per_view = name == "clip" or refs.ndim == 2
+        stem = [views[index[-1]]] if per_view else []
+        stem += [f"{index[0]:04d}"] if name != "clip" else []
+        suffix = {"clip": ".mp4", "frame": ".png"}.get(name, ".npz")
+        target = folder / name / ("_".join(stem) + suffix) if name != "clip" else folder / ("".join(stem) + suffix)
+        written.append(_write(outcome, name, refs[index], target))
+    return written
+
+
+def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:
+    if name in _NAMES or name == "clip":
+        return write_blob(outcome, ref, path)
+    if name == "frame":
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(outcome.store.get(ref, Image).png.tobytes())
+        return path
+    read_npz(outcome.store.path(ref))  # whole, or an error before anything is written
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(outcome.store.path(ref).read_bytes())
+    return path
+
+
+def write_blob(outcome: Outcome, ref: Ref[Blob], path: str | os.PathLike[str]) -> Path:
+    """Write a stored file to `path`."""
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(bytes(outcome.store.get(ref, Blob)))
+    return Path(path)

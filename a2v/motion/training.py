@@ -88,6 +88,10 @@ class TrainSettings:
         if self.iterations < 1 or self.batch_size < 1 or self.length < 0:
             raise InputError("iterations and batch_size must be positive, length must not be negative")
 
+    def final_kl(self, dataset: ActionDataset) -> float:
+        """The KL term's weight at the end of the ramp."""
+        return KL_END.get(dataset.name, 0.01) if self.kl_end < 0 else self.kl_end
+
 
 @dataclass
 class TrainState:
@@ -196,7 +200,7 @@ def train(
     if checkpoint.exists():
         load_checkpoint(checkpoint, state, dataset, vae, settings)
     sampler = ClipSampler(dataset, settings.length or dataset.length)
-    kl_end = KL_END.get(dataset.name, 0.01) if settings.kl_end < 0 else settings.kl_end
+    kl_end = settings.final_kl(dataset)
     began, saved = time.monotonic() - state.seconds, time.monotonic()
     recent: list[dict[str, float]] = []
     try:

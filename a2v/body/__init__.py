@@ -3,6 +3,7 @@
 Everything heavy (torch, anny) is imported when first used.
 """
 
+from a2v.body.fit import FitResult, FitSettings, fit_body
 from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
 from a2v.body.model import MODELS, AnnyModel, BodyModel, BodyState, load_body_model, make_body
 from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
@@ -16,6 +17,9 @@ __all__ = [
     "AnnyModel",
     "BodyModel",
     "BodyState",
+    "FitResult",
+    "FitSettings",
+    "fit_body",
     "load_body_model",
     "make_body",
     "part_of_bone",

@@ -111,7 +111,7 @@ class AnnyModel:
         count = len(LOCAL_CHANGES)
         # An adult of middle build, 1.71 m tall.
         defaults = {"gender": 0.5, "age": 0.67, "muscle": 0.5, "weight": 0.5, "height": 0.39, "proportions": 0.6}
-        bounds = {"age": (0.45, 0.9), "height": (0.12, 0.65)}
+        bounds = {"age": (0.55, 0.9), "height": (0.12, 0.65)}
         self.shape_default: FloatArray = np.array([*(defaults[name] for name in self._phenotypes), *[0.0] * count], dtype=np.float32)
         limits = [*(bounds.get(name, (0.0, 1.0)) for name in self._phenotypes), *[(-1.0, 1.0)] * count]
         self.shape_bounds: FloatArray = np.array(limits, dtype=np.float32)
@@ -133,6 +133,7 @@ class AnnyModel:
         self._levels = _depth_levels(self.bone_parents)
         self._order = torch.cat([index for index, _ in self._levels])
         self._inverse_order = torch.argsort(self._order)
+        self._subsets: dict[bytes, tuple[torch.Tensor, torch.Tensor]] = {}
         self.data = data
 
     @property
@@ -195,14 +196,13 @@ class AnnyModel:
         return vertices, heads
 
     def _subset(self, vertex_ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Template and blend shapes of some vertices; the last answer is kept, since a fit asks for the same ones."""
-        import torch
-
-        key, cached = getattr(self, "_subset_cache", (None, None))
-        if cached is None or key is None or not torch.equal(key, vertex_ids):
-            cached = (self._template[vertex_ids], self._blendshapes[:, vertex_ids].contiguous())
-            self._subset_cache = (vertex_ids.clone(), cached)
-        return cached
+        """Template and blend shapes of some vertices; the last answers are kept, since a fit asks for the same ones."""
+        key = vertex_ids.numpy().tobytes()
+        if key not in self._subsets:
+            while len(self._subsets) >= 4:
+                self._subsets.pop(next(iter(self._subsets)))
+            self._subsets[key] = (self._template[vertex_ids], self._blendshapes[:, vertex_ids].contiguous())
+        return self._subsets[key]
 
     def forward(
         self,

@@ -1,0 +1,207 @@
+"""Silhouettes: the mask as a distance field and a contour, the body as a raster and a rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
+
+if TYPE_CHECKING:
+    import torch
+
+
+@dataclass(frozen=True, eq=False)
+class MaskField:
+    """A person's mask prepared for fitting, at a working resolution.
+
+    Attributes
+    ----------
+    distance : (h, w) float32
+        Signed distance to the silhouette in photo pixels, positive outside; sampled at the working pixels' centres.
+    step : float
+        Photo pixels per working pixel.
+    contour : (n, 2) float32
+        Points u, v of the silhouette in photo pixels; where the photo's own border cuts the person there are none.
+    normals : (n, 2) float32
+        Outward unit normals of `contour`.
+    known : tuple of 4 float
+        Left, top, right, bottom of the part of the image that the photo covers, pixels.
+    inside : (h, w) bool
+        The mask at the working resolution.
+    """
+
+    distance: FloatArray
+    step: float
+    contour: FloatArray
+    normals: FloatArray
+    known: tuple[float, float, float, float]
+    inside: BoolArray
+
+    def sample(self, pixels: torch.Tensor) -> torch.Tensor:
+        """Signed distance (...,) at pixels (..., 2), bilinear, differentiable; zero where the photo says nothing."""
+        import torch
+
+        field = torch.from_numpy(self.distance).to(pixels)
+        height, width = field.shape
+        position = pixels / self.step - 0.5
+        limit = torch.tensor([width - 1.0, height - 1.0], dtype=pixels.dtype)
+        clamped = torch.minimum(position.clamp(min=0.0), limit - 1e-4)
+        corner = clamped.detach().floor().long()
+        fraction = clamped - corner
+        u, v = corner[..., 0], corner[..., 1]
+        fu, fv = fraction[..., 0], fraction[..., 1]
+        value = (field[v, u] * (1 - fu) + field[v, u + 1] * fu) * (1 - fv) + (field[v + 1, u] * (1 - fu) + field[v + 1, u + 1] * fu) * fv
+        # Beyond the working grid the distance keeps growing.
+        value = value + ((position - clamped).abs().sum(dim=-1)) * self.step
+        left, top, right, bottom = self.known
+        seen = (pixels[..., 0] > left) & (pixels[..., 0] < right) & (pixels[..., 1] > top) & (pixels[..., 1] < bottom)
+        return torch.where(seen, value, torch.zeros_like(value))
+
+
+def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, size: int = 256) -> MaskField:
+    """Distance field and contour of a mask (H, W) in [0, 1].
+
+    Parameters
+    ----------
+    known : tuple of 4 float
+        Part of the image that the photo covers (left, top, right, bottom, pixels).
+    size : int
+        Longer side of the working raster.
+    """
+    import cv2
+    from scipy.ndimage import distance_transform_edt
+
+    height, width = mask.shape
+    step = max(height, width) / size
+    small = cv2.resize(mask.astype(np.float32), (max(2, round(width / step)), max(2, round(height / step))), interpolation=cv2.INTER_AREA)
+    inside = small > 0.5
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    if count > 1:  # specks are no body
+        large = [label for label in range(1, count) if stats[label, cv2.CC_STAT_AREA] > 0.03 * stats[1:, cv2.CC_STAT_AREA].max()]
+        inside = np.isin(labels, large)
+    if inside.all() or not inside.any():
+        distance = np.zeros(inside.shape, np.float32)
+        empty = np.zeros((0, 2), np.float32)
+        return MaskField(distance, step, empty, empty, known, inside)
+    distance = (distance_transform_edt(~inside) - distance_transform_edt(inside)).astype(np.float32)
+    distance = np.where(distance > 0, distance - 0.5, distance + 0.5) * step
+    found, _ = cv2.findContours(inside.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    gradient = np.stack(np.gradient(cv2.GaussianBlur(distance, (0, 0), 1.5)), axis=-1)
+    points, normals = [], []
+    for line in found:
+        pixel = line[:, 0]
+        if len(pixel) < 12:
+            continue
+        slope = gradient[pixel[:, 1], pixel[:, 0]][:, ::-1]
+        length = np.linalg.norm(slope, axis=1, keepdims=True)
+        normal = slope / np.maximum(length, 1e-6)
+        # Pixel centres of the last inside pixels; the edge is half a pixel further out.
+        points.append((pixel + 0.5 + 0.5 * normal) * step)
+        normals.append(normal)
+    contour = np.concatenate(points).astype(np.float32) if points else np.zeros((0, 2), np.float32)
+    outward = np.concatenate(normals).astype(np.float32) if normals else np.zeros((0, 2), np.float32)
+    left, top, right, bottom = known
+    margin = 1.5 * step
+    keep = (
+        (contour[:, 0] > left + margin)
+        & (contour[:, 0] < right - margin)
+        & (contour[:, 1] > top + margin)
+        & (contour[:, 1] < bottom - margin)
+    )
+    return MaskField(distance.astype(np.float32), step, contour[keep], outward[keep], known, inside)
+
+
+def ray_scene(vertices: FloatArray, faces: IntArray) -> tuple[Any, Any]:
+    """An Embree scene of one mesh, on one thread, and open3d's constructor of tensors."""
+    import open3d
+
+    tensor: Any = open3d.core.Tensor
+    scene = open3d.t.geometry.RaycastingScene(nthreads=1)
+    scene.add_triangles(tensor(np.ascontiguousarray(vertices, dtype=np.float32)), tensor(faces.astype(np.uint32)))
+    return scene, tensor
+
+
+def rasterize(
+    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, shape: tuple[int, ...], *, step: float = 1.0
+) -> dict[str, Any]:
+    """Cast one ray through every working pixel of an orthographic view (Embree by open3d).
+
+    Parameters
+    ----------
+    vertices : (V, 3) float, metres
+    faces : (F, 3) int
+    camera : OrthographicCamera, in photo pixels
+    shape : height and width of the raster
+    step : float
+        Photo pixels per pixel of the raster.
+
+    Returns
+    -------
+    dict with `mask` (h, w) bool, `depth` (h, w) float32 z in metres (-inf outside), `face` (h, w) int64 (-1 outside),
+    `barycentric` (h, w, 2) float32 open3d's u, v.
+    """
+    scene, tensor = ray_scene(vertices, faces)
+    height, width = shape
+    u, v = np.meshgrid((np.arange(width) + 0.5) * step, (np.arange(height) + 0.5) * step)
+    far = float(vertices[:, 2].max()) + 1.0
+    origin = camera.unproject(np.stack([u, v], axis=-1), far)
+    rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=-1).astype(np.float32)
+    hits = scene.cast_rays(tensor(rays), nthreads=1)
+    reach = hits["t_hit"].numpy()
+    mask = np.isfinite(reach)
+    return {
+        "mask": mask,
+        "depth": np.where(mask, far - reach, -np.inf).astype(np.float32),
+        "face": np.where(mask, hits["primitive_ids"].numpy().astype(np.int64), -1),
+        "barycentric": hits["primitive_uvs"].numpy(),
+    }
+
+
+def silhouette_iou(first: BoolArray, second: BoolArray) -> float:
+    """Intersection over union of two masks; 1 if both are empty."""
+    union = np.logical_or(first, second).sum()
+    return float(np.logical_and(first, second).sum() / union) if union else 1.0
+
+
+def rim_vertices(
+    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, raster: BoolArray, step: float
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Vertices on the outline of the body as the camera sees it.
+
+    A vertex is on the rim if both front- and back-facing triangles meet there and the rendered mask's edge is near
+    (so rims in front of the body itself do not count).
+
+    Returns
+    -------
+    ids : (n,) int
+    pixels : (n, 2) float
+    normals : (n, 2) float
+        Outward, in the image.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    corner = vertices[faces]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    facing = normal[:, 2] > 0
+    front = np.zeros(len(vertices), dtype=bool)
+    back = np.zeros(len(vertices), dtype=bool)
+    front[faces[facing].ravel()] = True
+    back[faces[~facing].ravel()] = True
+    ids = np.flatnonzero(front & back)
+    pixels = camera.project(vertices[ids])
+    height, width = raster.shape
+    cell = np.floor(pixels / step).astype(int)
+    in_frame = (cell >= 0).all(axis=1) & (cell[:, 0] < width) & (cell[:, 1] < height)
+    padded = np.pad(raster, 1)  # where the frame cuts the body there is no rim
+    depth = distance_transform_edt(padded)[1:-1, 1:-1] if raster.any() else np.zeros(raster.shape)
+    near = np.zeros(len(ids), dtype=bool)
+    near[in_frame] = depth[cell[in_frame, 1], cell[in_frame, 0]] < 2.5
+    vertex_normal = np.zeros_like(vertices)
+    for index in range(3):
+        np.add.at(vertex_normal, faces[:, index], normal)
+    flat = vertex_normal[ids][:, :2] * [1.0, -1.0]
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
+    return ids[near], pixels[near], flat[near]

@@ -1,0 +1,65 @@
+"""Where a fit starts: camera and orientation guessed from the keypoints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.landmarks import BLAZEPOSE
+from a2v.body.model import AnnyModel
+from a2v.body.objective import Evidence, Unknowns
+from a2v.body.pose_space import pose_space
+from a2v.types import FloatArray, OrthographicCamera
+
+
+def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
+    """Starts worth trying.
+
+    One if the detector gave 3D keypoints; otherwise the natural standing pose turned several ways, ordered by what
+    the shoulders and hips say.
+    """
+    space = pose_space(model)
+    camera = OrthographicCamera(scale=evidence.height / 1.7, center_u=0.0, center_v=0.0)
+    rest_pelvis = np.array([0.0, 0.073, 0.014])
+    pelvis = _middle(evidence, "hip") if _seen(evidence, "hip") else _middle(evidence, "shoulder") + np.array([0.0, 0.29 * evidence.height])
+    camera = OrthographicCamera(scale=camera.scale, center_u=float(pelvis[0]), center_v=float(pelvis[1] + camera.scale * rest_pelvis[1]))
+    return [
+        Unknowns.build(model, root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera)
+        for root in _orientations(evidence)
+    ]
+
+
+def _seen(evidence: Evidence, joint: str) -> bool:
+    return bool(min(evidence.confidence[BLAZEPOSE.index(f"{side}_{joint}")] for side in ("left", "right")) > 0.2)
+
+
+def _middle(evidence: Evidence, joint: str) -> FloatArray:
+    """Middle of a pair of landmarks, weighted by confidence, pixels."""
+    index = [BLAZEPOSE.index(f"{side}_{joint}") for side in ("left", "right")]
+    weight = evidence.confidence[index] + 1e-6
+    middle: FloatArray = (evidence.pixels[index] * weight[:, None]).sum(axis=0) / weight.sum()
+    return middle
+
+
+def _orientations(evidence: Evidence) -> list[FloatArray]:
+    """Rotation vectors of the whole body worth starting from."""
+    from a2v.kinematics.so3 import rotmat_to_rotvec
+
+    names = {name: index for index, name in enumerate(BLAZEPOSE)}
+    trunk = [names[f"{side}_{joint}"] for side in ("left", "right") for joint in ("shoulder", "hip")]
+    if evidence.points is not None and np.isfinite(evidence.points[trunk]).all():
+        point = {name: evidence.points[index] for name, index in names.items()}
+        left = point["left_shoulder"] - point["right_shoulder"] + point["left_hip"] - point["right_hip"]
+        up = point["left_shoulder"] + point["right_shoulder"] - point["left_hip"] - point["right_hip"]
+        up = up / np.linalg.norm(up)
+        left = left - up * (left @ up)
+        left = left / np.linalg.norm(left)
+        matrix = np.stack([left, up, np.cross(left, up)], axis=1)
+        return [rotmat_to_rotvec(matrix)]
+    widths = []
+    for joint in ("shoulder", "hip", "ear"):
+        pair = [names[f"left_{joint}"], names[f"right_{joint}"]]
+        if evidence.confidence[pair].min() > 0.3:
+            widths.append(evidence.pixels[pair[0], 0] - evidence.pixels[pair[1], 0])
+    facing = sum(widths) >= 0 if widths else True
+    yaws = (0.0, 0.8, -0.8) if facing else (np.pi, np.pi - 0.8, np.pi + 0.8)
+    return [np.array([0.0, yaw, 0.0]) for yaw in yaws]

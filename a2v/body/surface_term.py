@@ -1,0 +1,137 @@
+"""The surface term of the fit (Eq. 17), both ways, and the joints inside of the surface (Eq. 16)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from a2v.body.landmarks import BLAZEPOSE
+from a2v.body.silhouette import ray_scene
+from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
+
+if TYPE_CHECKING:
+    import torch
+
+    from a2v.body.model import AnnyModel
+    from a2v.body.objective import Evidence
+
+# Landmarks inside of the flesh: their depth is the middle of the limb that the ray passes.
+_INSIDE = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle"))
+
+
+@dataclass(eq=False)
+class SurfaceSamples:
+    """Samples of a surface and their current matches on the body.
+
+    Attributes
+    ----------
+    points, normals : (n, 3) float64
+        Evenly spread over the surface.
+    targets : (33, 3) float64, target_weights : (33,) float64
+        Joints inverse-projected into the surface; weight 0 where there is none.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    targets: FloatArray
+    target_weights: FloatArray
+    vertex_ids: torch.Tensor = field(init=False)
+    matched: bool = False
+
+    @classmethod
+    def build(cls, surface: Surface, camera: OrthographicCamera, evidence: Evidence, *, seed: int = 0, count: int = 1500) -> SurfaceSamples:
+        """Sample a surface (in the frame of `camera`) and put the keypoints inside of it."""
+        corner = surface.vertices[surface.faces].astype(np.float64)
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        length = np.linalg.norm(normal, axis=1)
+        rng = np.random.default_rng(seed)
+        face = rng.choice(len(corner), size=count, p=length / length.sum())
+        bary = rng.dirichlet(np.ones(3), size=count)
+        targets, weights = _joints_inside(surface, camera, evidence)
+        return cls(
+            points=(bary[:, :, None] * corner[face]).sum(axis=1),
+            normals=normal[face] / np.maximum(length[face, None], 1e-12),
+            targets=targets,
+            target_weights=weights,
+        )
+
+    def match(self, vertices: FloatArray, model: AnnyModel) -> None:
+        """Nearest neighbours both ways, with agreeing normals."""
+        import torch
+        from scipy.spatial import cKDTree
+
+        normals = vertex_normals(vertices, model.faces)
+        rng = np.random.default_rng(0)
+        outer = np.flatnonzero(np.linalg.norm(normals, axis=1) > 0)
+        # Direction counts: the front of an arm must not match the chest behind it.
+        reach = 0.05
+        body = cKDTree(np.concatenate([vertices[outer], reach * normals[outer]], axis=1))
+        _, nearest = body.query(np.concatenate([self.points, reach * self.normals], axis=1))
+        to_body = outer[nearest]
+        some = rng.choice(outer, size=min(len(outer), len(self.points)), replace=False)
+        samples = cKDTree(np.concatenate([self.points, reach * self.normals], axis=1))
+        _, back = samples.query(np.concatenate([vertices[some], reach * normals[some]], axis=1))
+        ids = np.concatenate([to_body, some])
+        points = np.concatenate([self.points, self.points[back]])
+        outward = np.concatenate([self.normals, self.normals[back]])
+        agree = (normals[ids] * outward).sum(axis=1) > 0.2
+        close = np.linalg.norm(vertices[ids] - points, axis=1) < 0.25
+        good = agree & close
+        self.vertex_ids = torch.from_numpy(ids[good])
+        self._goal = torch.from_numpy(points[good])
+        self._goal_normal = torch.from_numpy(outward[good])
+        self.matched = bool(good.sum() > 20)
+
+    def distance(self, vertices: torch.Tensor, robust: float) -> torch.Tensor:
+        """Robust mean distance of the matched vertices (n, 3), as 200 measurements of 1 cm."""
+        from a2v.body.objective import geman_mcclure
+
+        gap = vertices - self._goal
+        across = (gap * self._goal_normal).sum(-1).square()
+        # Along the surface a match may slide.
+        square = across + 0.1 * (gap.square().sum(-1) - across)
+        return 200.0 * geman_mcclure(square, robust).mean() / 0.01**2
+
+    def joints(self, landmarks: torch.Tensor) -> torch.Tensor:
+        """Eq. 16 in depth: the robust distance of the landmarks (33, 3) to the joints inside of the surface."""
+        import torch
+
+        from a2v.body.objective import geman_mcclure
+
+        square = (landmarks[:, 2] - torch.from_numpy(self.targets[:, 2])).square()
+        return (torch.from_numpy(self.target_weights) * geman_mcclure(square, 0.1)).sum() / 0.03**2
+
+    def mean_distance(self, vertices: FloatArray, faces: IntArray) -> float:
+        """Mean distance in metres from the samples to the body's surface."""
+        scene, tensor = ray_scene(vertices, faces)
+        return float(scene.compute_distance(tensor(self.points.astype(np.float32)), nthreads=1).numpy().mean())
+
+
+def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Area-weighted unit normals (V, 3)."""
+    corner = vertices[faces]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    total = np.zeros_like(vertices)
+    for index in range(3):
+        np.add.at(total, faces[:, index], normal)
+    unit: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
+    return unit
+
+
+def _joints_inside(surface: Surface, camera: OrthographicCamera, evidence: Evidence) -> tuple[FloatArray, FloatArray]:
+    """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each keypoint."""
+    scene, tensor = ray_scene(surface.vertices, surface.faces)
+    far = float(surface.vertices[:, 2].max()) + 1.0
+    origin = camera.unproject(evidence.pixels, far)
+    rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=1).astype(np.float32)
+    hits = scene.list_intersections(tensor(rays), nthreads=1)
+    ray, reach = hits["ray_ids"].numpy(), hits["t_hit"].numpy()
+    targets, weights = np.zeros((len(BLAZEPOSE), 3)), np.zeros(len(BLAZEPOSE))
+    for index, name in enumerate(BLAZEPOSE):
+        depths = np.sort(reach[ray == index])
+        if name in _INSIDE and evidence.confidence[index] > 0.3 and len(depths) >= 2:
+            targets[index] = origin[index] - [0.0, 0.0, (depths[0] + depths[1]) / 2]
+            weights[index] = evidence.confidence[index]
+    return targets, weights

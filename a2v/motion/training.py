@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import math
 import os
 import time
 from collections.abc import Callable
@@ -152,7 +153,8 @@ def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings,
 
     progress = state.iteration / max(settings.iterations - 1, 1)
     kl_weight = settings.kl_start + (kl_end - settings.kl_start) * progress
-    rate = settings.learning_rate * (1.0 if settings.schedule == "constant" else 0.01 + 0.99 * 0.5 * (1 + np.cos(np.pi * progress)))
+    decay = 1.0 if settings.schedule == "constant" else 0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * progress))
+    rate = settings.learning_rate * decay
     for group in state.optimizer.param_groups:
         group["lr"] = rate
 
@@ -166,7 +168,7 @@ def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings,
     state.optimizer.step()
     state.iteration += 1
     terms = {name: float(value.detach()) for name, value in losses._asdict().items()}
-    return terms | {"kl_weight": kl_weight, "learning_rate": float(rate)}
+    return terms | {"kl_weight": kl_weight, "learning_rate": rate}
 
 
 def train(

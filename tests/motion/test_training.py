@@ -37,7 +37,7 @@ def waving(trajectory=True, clips=6, frames=30):
 
 
 SMALL = VAESettings(hidden_size=16, latent_size=4)
-SETTINGS = TrainSettings(iterations=30, batch_size=8, learning_rate=5e-3, threads=1, device="cpu", log_every=5)
+SETTINGS = TrainSettings(schedule="cosine", iterations=30, batch_size=8, learning_rate=5e-3, threads=1, device="cpu", log_every=5)
 
 
 def test_the_loss_falls(tmp_path):

@@ -6,7 +6,7 @@ import dataclasses
 import errno
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from a2v.errors import InputError
 from pipelines.store import File, Ref, Store, read_bytes
 
 if TYPE_CHECKING:
+    from a2v.types import RenderSettings
     from pipelines.nodes.values import Blob
 
 MAX_PHOTO_BYTES = 256 << 20
@@ -77,7 +78,7 @@ def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, s
     return {"model": File.of(opened.path), "action": action, "frames": frames, "seed": seed, "fps": fps}
 
 
-def render_settings(settings: Mapping[str, Any] | Any) -> Any:
+def render_settings(settings: Any) -> RenderSettings:
     """`RenderSettings` out of the flat options --views --size --spp --denoise --variant --render-seed."""
     from a2v.types import RenderSettings
 
@@ -104,55 +105,98 @@ def add_run_arguments(parser: Any) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress bars")
 
 
-def add_photo_arguments(parser: Any) -> None:
-    """Options of the photo and of the stages from it to a character."""
-    from a2v.animation import BindSettings
+def stage_settings() -> dict[str, Any]:
+    """The settings of every stage at their defaults, by the name that the graph, the command line and YAML use."""
+    from a2v.animation import BindSettings, RetargetSettings
     from a2v.body import FitSettings
     from a2v.perception import PerceptionSettings
     from a2v.reconstruction import ColorSettings, SurfaceSettings
 
+    return {
+        "perception": PerceptionSettings(),
+        "fit": FitSettings(),
+        "shape": SurfaceSettings(),
+        "color": ColorSettings(),
+        "bind": BindSettings(),
+        "retarget": RetargetSettings(),
+    }
+
+
+def add_photo_arguments(parser: Any) -> None:
+    """Options of the photo."""
     parser.add_argument("--photo", required=True, help="the person, seen whole: JPEG, PNG...")
     parser.add_argument(
         "--mask", type=str | None, default=None, help="image of the photo's size, white where the person is; replaces the detector's"
     )
     parser.add_argument("--keypoints", type=str | None, default=None, help="OpenPose JSON; replaces the detector's")
-    for name, kind in STAGES.items():
-        settings = {
-            "perception": PerceptionSettings,
-            "fit": FitSettings,
-            "shape": SurfaceSettings,
-            "color": ColorSettings,
-            "bind": BindSettings,
-        }[name]
-        parser.add_argument(f"--{name}", type=settings, default=settings(), help=kind)
 
 
-STAGES = {
-    "perception": "finding the person",
-    "fit": "fitting the body",
-    "shape": "the surface around the body",
-    "color": "the surface's colours",
-    "bind": "binding the surface to the body",
-}
-"""Names of the stages' settings and what they are for."""
+def add_stage_arguments(parser: Any, names: Sequence[str]) -> None:
+    """Options of the named stages, such as ``--fit.iterations``."""
+    for name, settings in stage_settings().items():
+        if name in names:
+            parser.add_argument(f"--{name}", type=type(settings), default=settings)
 
 
-def photo_inputs(settings: Any, store: Store) -> dict[str, Any]:
-    """The graph's parameters from a photo to a character."""
-    from a2v.animation import BindSettings
-    from a2v.body import FitSettings
-    from a2v.perception import PerceptionSettings
-    from a2v.reconstruction import ColorSettings, SurfaceSettings
-
-    kinds = {"perception": PerceptionSettings, "fit": FitSettings, "shape": SurfaceSettings, "color": ColorSettings, "bind": BindSettings}
-    files = {name: put_file(store, getattr(settings, name)) for name in ("photo", "mask", "keypoints")}
-    return files | {name: as_dataclass(kind, getattr(settings, name)) for name, kind in kinds.items()}
+def stages_of(settings: Any) -> dict[str, Any]:
+    """The stages' settings out of parsed options."""
+    return {name: _as(type(value), getattr(settings, name)) for name, value in stage_settings().items() if hasattr(settings, name)}
 
 
-def as_dataclass(kind: Any, value: Any) -> Any:
+def _as(kind: Any, value: Any) -> Any:
     """A settings dataclass out of what the parser made of its options."""
     if isinstance(value, kind):
         return value
     values = value.as_dict() if hasattr(value, "as_dict") else dict(value)
-    names = {item.name: item for item in dataclasses.fields(kind)}
+    names = {item.name for item in dataclasses.fields(kind)}
     return kind(**{name: tuple(item) if isinstance(item, list) else item for name, item in values.items() if name in names})
+
+
+def photo_parameters(
+    store: Store,
+    photo: str | os.PathLike[str],
+    *,
+    mask: str | os.PathLike[str] | None = None,
+    keypoints: str | os.PathLike[str] | None = None,
+    **stages: Any,
+) -> dict[str, Any]:
+    """The graph's parameters from a photo to a character; `stages` replace the defaults of `stage_settings`.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read.
+    TypeError
+        `stages` has an unknown name.
+    """
+    settings = stage_settings()
+    if unknown := set(stages) - set(settings):
+        raise TypeError(f"no stage {', '.join(sorted(unknown))}; the stages are {', '.join(settings)}")
+    files = {"photo": photo, "mask": mask, "keypoints": keypoints}
+    return {name: put_file(store, path) for name, path in files.items()} | settings | stages
+
+
+def video_parameters(
+    store: Store,
+    photo: str | os.PathLike[str],
+    action: str = "",
+    *,
+    model: str = "cmu",
+    motion: str | None = None,
+    frames: int = 60,
+    seed: int = 0,
+    fps: float | None = None,
+    render: RenderSettings | None = None,
+    **photo_options: Any,
+) -> dict[str, Any]:
+    """All the graph's parameters, the defaults filled in; use with ``video_graph(recorded=motion is not None)``.
+
+    Raises
+    ------
+    InputError
+        An unknown model or action (the nearest are named), a number out of range, or an unreadable file.
+    """
+    from a2v.types import RenderSettings
+
+    moving = motion_inputs(action=action, model=model, motion=motion, frames=frames, seed=seed, fps=fps)
+    return {**moving, "render": render or RenderSettings(), **photo_parameters(store, photo, **photo_options)}

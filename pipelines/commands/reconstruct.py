@@ -18,19 +18,20 @@ The file is in metres, y up; the camera is on +z looking down -z, so the photo i
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from pipelines.inputs import add_photo_arguments, add_run_arguments
+    from pipelines.inputs import add_photo_arguments, add_run_arguments, add_stage_arguments
 
     parser.add_argument("--out", required=True, help="the .glb to write")
     parser.add_argument(
         "--from", dest="start", type=str | None, default=None, metavar="NODE", help="compute NODE and all that follows anew"
     )
     add_photo_arguments(parser)
+    add_stage_arguments(parser, ["perception", "fit", "shape", "color", "bind"])
     add_run_arguments(parser)
 
 
 def run(settings: Any) -> int:
     """Reconstruct; print the path last."""
-    from pipelines.inputs import check_writable, photo_inputs
+    from pipelines.inputs import check_writable, photo_parameters, stages_of
     from pipelines.outputs import write_blob
     from pipelines.progress import Bars
     from pipelines.report import table
@@ -42,7 +43,7 @@ def run(settings: Any) -> int:
         raise InputError(f"cannot write {path}; expected a name that ends in .glb")
     store = Store(settings.cache)
     check_writable(path.parent)
-    params = photo_inputs(settings, store)
+    params = photo_parameters(store, settings.photo, mask=settings.mask, keypoints=settings.keypoints, **stages_of(settings))
     bars = Bars(quiet=settings.quiet)
     try:
         outcome = run_graph(

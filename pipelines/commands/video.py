@@ -23,9 +23,8 @@ Run it again after an interruption: finished frames are remembered. Another acti
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from a2v.animation import RetargetSettings
     from a2v.types import VIEWS, RenderSettings
-    from pipelines.inputs import add_photo_arguments, add_run_arguments
+    from pipelines.inputs import add_photo_arguments, add_run_arguments, add_stage_arguments
 
     look = RenderSettings()
     parser.add_argument("--out", required=True, help="folder for the results")
@@ -49,7 +48,7 @@ def add_arguments(parser: Any) -> None:
     )
     parser.add_argument("--only", type=str | None, default=None, metavar="NODE", help="stop at NODE and write its result")
     add_photo_arguments(parser)
-    parser.add_argument("--retarget", type=RetargetSettings, default=RetargetSettings(), help="carrying the motion over to the body")
+    add_stage_arguments(parser, ["perception", "fit", "shape", "color", "bind", "retarget"])
     add_run_arguments(parser)
 
 
@@ -57,9 +56,8 @@ def run(settings: Any) -> int:
     """Make the video; print its path last."""
     import dataclasses
 
-    from a2v.animation import RetargetSettings
     from pipelines.graph import check_names, outputs_of, video_graph
-    from pipelines.inputs import as_dataclass, check_writable, motion_inputs, photo_inputs, render_settings
+    from pipelines.inputs import check_writable, motion_inputs, photo_parameters, render_settings, stages_of
     from pipelines.outputs import write_node, write_results
     from pipelines.progress import Bars
     from pipelines.report import make_report, table
@@ -69,21 +67,14 @@ def run(settings: Any) -> int:
     graph = video_graph(recorded=settings.motion is not None)
     check_names(graph, [name for name in (settings.start, settings.only) if name], outputs_of(graph), "node")
     store = Store(settings.cache)
-    retarget = as_dataclass(RetargetSettings, settings.retarget)
-    params = {
-        "render": render_settings(settings),
-        "retarget": dataclasses.replace(retarget, raw=True) if settings.raw else retarget,
-        **motion_inputs(
-            action=settings.action,
-            model=settings.model,
-            motion=settings.motion,
-            frames=settings.frames,
-            seed=settings.seed,
-            fps=settings.fps,
-        ),
-    }
+    stages = stages_of(settings)
+    if settings.raw:
+        stages["retarget"] = dataclasses.replace(stages["retarget"], raw=True)
+    params = {"render": render_settings(settings)} | motion_inputs(
+        **{name: getattr(settings, name) for name in ("action", "model", "motion", "frames", "seed", "fps")}
+    )
+    params |= photo_parameters(store, settings.photo, mask=settings.mask, keypoints=settings.keypoints, **stages)
     out = check_writable(settings.out)
-    params |= photo_inputs(settings, store)
     targets = [settings.only] if settings.only else ["video", "clip", "glb", "bvh", "motion", "subject"]
     bars = Bars(quiet=settings.quiet)
     try:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from a2v.rendering.camera import ViewCamera
 from a2v.types import VIEWS, Character, RenderSettings
 from pipelines.memo import memo, note
 from pipelines.nodes.animation import load_character
@@ -48,10 +49,8 @@ def camera(posed: np.ndarray, render: RenderSettings) -> np.ndarray:
 
 
 @memo(uses=("rendering",))
-def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[Any], look: Ref[RenderSettings]) -> Ref[Image]:
+def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[ViewCamera], look: Ref[RenderSettings]) -> Ref[Image]:
     """Render one frame of one view."""
-    from a2v.rendering import ViewCamera
-
     renderer = _renderer(str(current().folder), character, look)
     return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(camera, ViewCamera))))
 
@@ -59,12 +58,10 @@ def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[Any], loo
 @functools.lru_cache(maxsize=1)
 def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings]) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
-    from a2v.rendering import Renderer, choose_variant
+    from a2v.rendering import Renderer
     from pipelines.store import Store
 
     settings = Store(folder).get(look, RenderSettings)
-    if settings.variant.startswith("llvm") and "DRJIT_LIBLLVM_PATH" not in os.environ:  # a worker on another machine
-        choose_variant()
     threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
     return Renderer(load_character(folder, character).surface, dataclasses.replace(settings, threads=threads))
 

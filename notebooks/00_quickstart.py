@@ -1,0 +1,172 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # From a photo and an action to a video
+#
+# Every stage once, with a picture after each. The stages are nodes of a graph (`a2v dag` draws it); `run(name, ...)` computes a node
+# and what it needs, and remembers it, so that each cell only adds its own step. Change a parameter and run the cells again: only what depends on it is computed.
+
+# %%
+import os
+
+import matplotlib.pyplot as plt
+import numpy as np
+from IPython.display import Video, display
+
+from a2v import Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
+from a2v.types import Body
+from pipelines.inputs import video_parameters
+from pipelines.nodes.values import Blob, Image, Poses
+from pipelines.progress import Bars
+from pipelines.run import run
+from pipelines.store import Store
+
+SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
+
+# %% [markdown]
+# ## Parameters
+# Any photo of one person, seen whole and upright; any action of the model (`a2v actions`); another seed gives another performance.
+
+# %%
+PHOTO = "../a2v/samples/person.jpg"
+ACTION = "Walk"
+SEED = 0
+FRAMES = 4 if SMALL else 48
+RENDER = RenderSettings(size=64, spp=1, views=("front", "left")) if SMALL else RenderSettings(size=256, spp=8)
+
+store = Store()  # the folder of remembered results: $A2V_CACHE, else ~/.cache/a2v
+parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, render=RENDER)
+
+
+def compute(*names):
+    """Run what `names` need; bars show what is still to do."""
+    bars = Bars()
+    outcome = run(names, store=store, progress=bars, **parameters)
+    bars.close()
+    for text in outcome.notes:
+        print("note:", text)
+    return outcome
+
+
+# %% [markdown]
+# ## The person in the photo
+# Landmarks and a mask of the person. `subject.warnings` would say if, for instance, the feet are outside of the photo.
+
+# %%
+subject = compute("subject").get("subject", Subject)
+seen = subject.keypoints[subject.keypoints[:, 2] > 0.5]
+figure, axes = plt.subplots(1, 2, figsize=(8, 5))
+axes[0].imshow(subject.image)
+axes[0].scatter(seen[:, 0], seen[:, 1], s=12, c="tab:red")
+axes[1].imshow(subject.image * subject.mask[..., None].astype(float) / 255 + (1 - subject.mask[..., None]))
+for ax, title in zip(axes, ("landmarks", "mask"), strict=True):
+    ax.set_title(title)
+    ax.axis("off")
+
+# %% [markdown]
+# ## A body in the photo's pose
+# The body model's shape, pose and the photo's camera are fitted to landmarks and silhouette. The dots are the body's vertices, seen by that camera.
+
+# %%
+fitted = compute("body", "photo_camera")
+body, camera = fitted.get("body", Body), fitted.get("photo_camera", OrthographicCamera)
+pixels = camera.project(body.vertices)
+plt.figure(figsize=(4, 5))
+plt.imshow(subject.image)
+plt.scatter(pixels[:, 0], pixels[:, 1], s=0.2, c="tab:cyan")
+plt.title(f"{len(body.vertices)} vertices, {len(body.bone_names)} bones, {np.ptp(body.vertices[:, 1]):.2f} m high")
+plt.axis("off")
+print({name: round(value, 4) for name, value in fitted.nodes["body"].measures.items()})
+
+# %% [markdown]
+# ## The surface with the photo's colours
+# Clothes and hair by pushing the body out to the silhouette; the unseen side is coloured by the paper's convex objective (Eq. 14).
+
+# %%
+from a2v.rendering import Renderer, follow_cameras
+
+surface = compute("colored").get("colored", Surface)
+looks = RenderSettings(size=RENDER.size, spp=RENDER.spp)
+renderer = Renderer(surface, looks)
+still = follow_cameras(surface.vertices[None], looks)
+figure, axes = plt.subplots(1, 4, figsize=(12, 3.2))
+for ax, (view, cameras) in zip(axes, still.items(), strict=True):
+    ax.imshow(renderer.render(surface.vertices, cameras[0]))
+    ax.set_title(view)
+    ax.axis("off")
+print(f"{len(surface.vertices)} vertices, {len(surface.faces)} faces, {surface.visible.mean():.0%} of the vertices seen in the photo")
+
+# %% [markdown]
+# ## The action
+# A temporal VAE, run by onnxruntime, makes a motion of joints.
+
+# %%
+motion = compute("motion").get("motion", Motion)
+figure = plt.figure(figsize=(12, 3))
+for i, t in enumerate(np.linspace(0, motion.frames - 1, min(6, motion.frames)).astype(int)):
+    ax = figure.add_subplot(1, 6, i + 1)
+    joints = motion.joints[t] - motion.root[t] * [1, 0, 1]
+    for joint, parent in enumerate(motion.parents):
+        if parent >= 0:
+            ax.plot(*joints[[parent, joint]][:, [0, 1]].T, c="tab:blue")
+    ax.set(xlim=(-1, 1), ylim=(-0.1, 2), aspect="equal", title=f"{t / motion.fps:.1f} s")
+    ax.axis("off")
+
+# %% [markdown]
+# ## The motion on the body's bones
+# Retargeting carries the joints over to the character's rig and cleans the contacts up: the feet neither slide nor sink.
+
+# %%
+moved = compute("character", "poses")
+character, poses = moved.get("character", Character), moved.get("poses", Poses)
+path = poses.bone_transforms[:, 0, :3, 3]
+plt.figure(figsize=(4, 3))
+plt.plot(path[:, 0], path[:, 2])
+plt.gca().set(xlabel="x, m", ylabel="z, m", aspect="equal", title="path of the pelvis over the ground")
+print(f"{poses.bone_transforms.shape[0]} frames of {len(character.body.bone_names)} bones at {poses.fps:g} fps")
+
+# %% [markdown]
+# ## Frames
+# Each frame of each view is a call of its own, in worker processes; one that is finished is never rendered again.
+
+# %%
+frames = compute("frame")
+grid = frames.values["frame"]
+picks = np.linspace(0, len(grid) - 1, min(4, len(grid))).astype(int)
+figure, axes = plt.subplots(grid.shape[1], len(picks), figsize=(2.4 * len(picks), 2.4 * grid.shape[1]), squeeze=False)
+for row, view in zip(range(grid.shape[1]), RENDER.views, strict=True):
+    for column, t in enumerate(picks):
+        axes[row, column].imshow(store.get(grid[t, row], Image).pixels)
+        axes[row, column].set_title(f"{view}, frame {t}", fontsize=8)
+        axes[row, column].axis("off")
+
+# %% [markdown]
+# ## The video, and files for other tools
+
+# %%
+result = compute("video", "glb", "bvh")
+display(Video(bytes(result.get("video", Blob)), embed=True, mimetype="video/mp4", html_attributes="controls loop autoplay muted"))
+print(f"character.glb {len(result.get('glb', Blob).data) / 1e6:.1f} MB, motion.bvh {len(result.get('bvh', Blob).data) / 1e3:.0f} kB")
+
+# %% [markdown]
+# ## Another action for the same person
+# The character is remembered: only motion, frames and video are new.
+
+# %%
+other = video_parameters(store, PHOTO, "Jump", frames=FRAMES, seed=SEED, render=RENDER)
+bars = Bars()
+second = run("video", store=store, progress=bars, **other)
+bars.close()
+print({name: f"{stats.cached} of {stats.calls} remembered" for name, stats in second.nodes.items()})
+display(Video(bytes(second.get("video", Blob)), embed=True, mimetype="video/mp4", html_attributes="controls loop autoplay muted"))

@@ -1,0 +1,221 @@
+"""From the bundled photo and an action to the promised files, small; again, interrupted, killed and in part."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from a2v.io import sha256
+from a2v.types import Motion, Subject
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
+FRAMES, VIEWS, SIZE = 3, ("front", "left"), 64
+STILL = ("subject", "body", "surface", "colored", "character")
+
+
+def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk") -> list[str]:
+    given = ["--photo", photo, "--action", action, "--out", out, "--frames", FRAMES, "--views", ",".join(VIEWS), "--size", SIZE, "--spp", 1]
+    return [sys.executable, "-m", "pipelines", "video", *(str(word) for word in (*given, "--workers", 2, *more))]
+
+
+def execute(out: Path, *more: object, code: int = 0, **options: object) -> subprocess.CompletedProcess[str]:
+    result = subprocess.run(command(out, *more, **options), cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert result.returncode == code, result.stderr
+    return result
+
+
+def report(out: Path) -> dict:
+    return json.loads((out / "report.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    out = tmp_path_factory.mktemp("made") / "out"
+    return out, execute(out)
+
+
+def test_every_promised_file_is_there_and_the_path_comes_last(made):
+    out, result = made
+    names = {"video.mp4", "front.mp4", "left.mp4", "character.glb", "motion.bvh", "motion.npz", "report.json"}
+    assert {path.name for path in out.iterdir()} == names
+    assert result.stdout.splitlines()[-1] == str(out / "video.mp4")
+
+
+def test_the_videos_have_the_asked_size_length_and_speed(made):
+    from a2v.rendering import probe_video, read_video
+
+    out, _ = made
+    whole, front = probe_video(out / "video.mp4"), probe_video(out / "front.mp4")
+    assert (whole.width, whole.height, whole.frames) == (SIZE * len(VIEWS), SIZE, FRAMES)
+    assert (front.width, front.height, front.frames) == (SIZE, SIZE, FRAMES)
+    assert (whole.codec, whole.pixel_format) == ("h264", "yuv420p")
+    assert whole.fps == pytest.approx(Motion.load(out / "motion.npz").fps, rel=1e-3)
+    picture = next(iter(read_video(out / "video.mp4"))).astype(int)
+    assert np.ptp(picture[:, :SIZE].mean(2)) > 40  # not a blank frame
+    single = next(iter(read_video(out / "front.mp4"))).astype(int)
+    assert np.abs(picture[:, :SIZE] - single).mean() < 12  # the first of the views is the front
+
+
+def test_the_motion_file_keeps_the_contract(made):
+    with np.load(made[0] / "motion.npz") as arrays:
+        joints = len(arrays["parents"])
+        assert arrays["joints"].shape == arrays["rotations"].shape == (FRAMES, joints, 3)
+        assert arrays["root"].shape == (FRAMES, 3)
+        assert (str(arrays["action"]), int(arrays["seed"])) == ("Walk", 0)
+        assert {"fps", "joint_names"} <= set(arrays)
+
+
+def test_the_character_is_textured_skinned_and_animated(made):
+    import pygltflib
+
+    gltf = pygltflib.GLTF2().load(str(made[0] / "character.glb"))
+    assert len(gltf.skins) == 1
+    assert len(gltf.animations) == 1
+    assert gltf.images
+    assert any(primitive.attributes.JOINTS_0 is not None for mesh in gltf.meshes for primitive in mesh.primitives)
+
+
+def test_the_bvh_moves_the_characters_bones(made):
+    from a2v.animation import read_bvh
+
+    motion = read_bvh(made[0] / "motion.bvh")
+    assert motion.frames == FRAMES
+    assert 1.0 < np.ptp(motion.joints[0, :, 1]) < 2.5  # a person, in metres
+
+
+def test_the_report_tells_what_made_it(made):
+    out, _ = made
+    told = report(out)
+    assert told["inputs"]["photo"]["sha256"] == sha256(SAMPLE)
+    assert len(told["inputs"]["model"]["sha256"]) == 64
+    assert told["outputs"]["video.mp4"]["sha256"] == sha256(out / "video.mp4")
+    assert told["parameters"]["seed"] == 0
+    assert told["parameters"]["render"]["size"] == SIZE
+    assert {"python", "mitsuba", "torch", "a2v"} <= set(told["versions"])
+    nodes = told["nodes"]
+    assert nodes["frame"]["calls"] == FRAMES * len(VIEWS)
+    assert nodes["posed"]["calls"] == FRAMES
+    assert all(node["calls"] >= 1 for node in nodes.values())
+    assert nodes["body"]["measures"]
+    assert 0 < told["seconds"] < 600
+    assert 50 < told["peak_memory_mb"] < 6000
+
+
+def test_again_everything_is_remembered_and_equal(made, tmp_path):
+    execute(tmp_path)
+    told = report(tmp_path)
+    assert all(node["remembered"] == node["calls"] for name, node in told["nodes"].items() if name != "look")
+    assert told["outputs"] == report(made[0])["outputs"]
+
+
+def test_another_action_reuses_the_character(made, tmp_path):
+    execute(tmp_path, action="Jump")
+    nodes = report(tmp_path)["nodes"]
+    assert all(nodes[name]["remembered"] == 1 for name in STILL)
+    assert nodes["motion"]["remembered"] == nodes["frame"]["remembered"] == 0
+
+
+def test_a_run_from_a_node_computes_it_and_what_follows(made, tmp_path):
+    execute(tmp_path, "--from", "pose")
+    nodes = report(tmp_path)["nodes"]
+    assert nodes["pose"]["remembered"] == nodes["posed"]["remembered"] == nodes["frame"]["remembered"] == 0
+    assert nodes["poses"]["remembered"] == nodes["character"]["remembered"] == 1
+
+
+def test_a_run_of_only_one_node_stops_there(made, tmp_path):
+    execute(tmp_path, "--only", "frame")
+    names = {f"{view}_{t:04d}.png" for view in VIEWS for t in range(FRAMES)}
+    assert {path.name for path in (tmp_path / "frame").iterdir()} == names
+    assert Image.open(tmp_path / "frame" / "left_0001.png").size == (SIZE, SIZE)
+    assert "video" not in report(tmp_path)["nodes"]
+    execute(tmp_path, "--only", "subject")
+    assert Subject.load(tmp_path / "subject.npz").image.ndim == 3
+
+
+def test_a_recorded_motion_moves_the_character(made, tmp_path):
+    execute(tmp_path / "o", "--motion", made[0] / "motion.bvh")
+    told = report(tmp_path / "o")
+    assert told["nodes"]["recorded"]["calls"] == 1
+    assert told["inputs"]["motion"]["sha256"] == sha256(made[0] / "motion.bvh")
+    assert told["nodes"]["character"]["remembered"] == 1
+
+
+def count(cache: Path, node: str) -> int:
+    return len(list((cache / "calls" / node).rglob("*.json")))
+
+
+@pytest.fixture
+def copied_store(made, tmp_path) -> Path:
+    """The store as `made` left it, for tests that count."""
+    return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
+
+
+def start(out: Path, cache: Path, until: int) -> subprocess.Popen[str]:
+    """Start a run of new frames, and return when `until` of them are finished."""
+    before = count(cache, "frame")
+    more = ["--cache", cache, "--seed", 5, "--frames", 10, "--spp", 64]
+    process = subprocess.Popen(command(out, *more), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 240
+    while count(cache, "frame") < before + until:
+        assert process.poll() is None, process.communicate()[1]
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    return process
+
+
+def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
+    before = count(copied_store, "frame")
+    process = start(tmp_path / "o", copied_store, until=4)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert not list((tmp_path / "o").iterdir())
+    time.sleep(0.5)  # the workers end with their parent
+    kept = count(copied_store, "frame") - before
+    assert 4 <= kept < 20
+    execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64)
+    frame = report(tmp_path / "o")["nodes"]["frame"]
+    assert (frame["calls"], frame["remembered"]) == (20, kept)
+
+
+def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):
+    process = start(tmp_path / "o", copied_store, until=1)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1].startswith("a2v: interrupted")
+    assert "Traceback" not in errors
+    assert not list((tmp_path / "o").iterdir())
+    assert not [path for path in copied_store.rglob(".*") if path.is_file()]
+
+
+def test_a_person_without_feet_gets_a_note(tmp_path):
+    picture = Image.open(SAMPLE)
+    cut = tmp_path / "cut.jpg"
+    picture.crop((0, 0, picture.width, int(picture.height * 0.72))).save(cut, quality=95)
+    result = execute(tmp_path / "o", "--only", "subject", photo=cut)
+    assert [line for line in result.stderr.splitlines() if line.startswith("note: ")]
+
+
+def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
+    import pygltflib
+
+    out = tmp_path / "person.glb"
+    words = ["reconstruct", "--photo", str(SAMPLE), "--out", str(out)]
+    result = subprocess.run([sys.executable, "-m", "pipelines", *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert result.stdout.splitlines()[-1] == str(out)
+    gltf = pygltflib.GLTF2().load(str(out))
+    primitive = gltf.meshes[0].primitives[0]
+    box = gltf.accessors[primitive.attributes.POSITION]
+    assert 1.2 < box.max[1] - box.min[1] < 2.3
+    assert abs(box.min[1]) < 0.2

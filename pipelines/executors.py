@@ -44,7 +44,7 @@ class RayExecutor(Executor):
         try:
             import ray
         except ImportError as error:
-            raise MissingDependencyError("the ray executor needs Ray: pip install ray") from error
+            raise MissingDependencyError("the ray executor needs Ray: pip install 'a2v[ray]'") from error
         self._ray = ray
         self._started = not ray.is_initialized()
         if self._started:

@@ -438,7 +438,7 @@ def test_ray_gives_the_same_or_says_what_to_install(store):
     try:
         import ray  # noqa: F401
     except ImportError:
-        with pytest.raises(MissingDependencyError, match="pip install ray"), open_executor("ray"):
+        with pytest.raises(MissingDependencyError, match="a2v\\[ray"), open_executor("ray"):
             pass
         return
     with open_executor("ray", workers=2) as executor:

@@ -167,7 +167,7 @@ class Avatar(Record):
         moves = bone_transforms.astype(np.float64) @ np.linalg.inv(self.rest_transforms.astype(np.float64))
         chosen = moves[self.bones]  # (V, 4, 4, 4)
         placed = np.einsum("vkij,vkj->vki", chosen[..., :3, :3], self.influences) + chosen[..., :3, 3]
-        return np.einsum("vk,vki->vi", self.weights, placed).astype(np.float32)
+        return np.asarray(np.einsum("vk,vki->vi", self.weights, placed), np.float32)
 
     def surface(self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None, *, ground: bool = True) -> Surface:
         """The posed person as a textured mesh.
@@ -390,7 +390,7 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
         shading = material.get("pbrMetallicRoughness", {})
         factor = np.asarray(shading.get("baseColorFactor", (1, 1, 1, 1)), np.float64)[:3]
         if "baseColorTexture" in shading:
-            image = gltf.image(gltf.item("textures", shading["baseColorTexture"]["index"])["source"]).astype(np.float64) / 255
+            image: np.ndarray = gltf.image(gltf.item("textures", shading["baseColorTexture"]["index"])["source"]).astype(np.float64) / 255
         else:
             image = np.ones((16, 16, 3))
         # factors are linear: multiplying sRGB by their sRGB value is exact for a pure power law, and for factor 1
@@ -414,4 +414,4 @@ def _to_atlas(corners: np.ndarray, tiles: np.ndarray) -> np.ndarray:
     whole = np.floor(corners.mean(axis=1, keepdims=True))  # a face wholly in a repeated tile
     inside = np.clip(corners - whole, 0.0, 1.0)
     inside[..., 1] = 1.0 - inside[..., 1]
-    return tiles[:, None, :2] + inside * tiles[:, None, 2:]
+    return np.asarray(tiles[:, None, :2] + inside * tiles[:, None, 2:])

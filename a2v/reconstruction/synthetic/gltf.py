@@ -79,7 +79,7 @@ class Gltf:
         offset, stride = self._count(accessor.get("byteOffset", 0), "byteOffset"), stride or dtype.itemsize * width
         if count and offset + stride * (count - 1) + dtype.itemsize * width > length:
             raise self.fail(f"accessor {index} reaches beyond its bufferView")
-        raw = np.ndarray((count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)).copy()
+        raw: np.ndarray = np.ndarray((count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)).copy()
         if not accessor.get("normalized") or dtype.kind == "f":
             return raw
         return np.maximum(raw.astype(np.float32) / np.iinfo(dtype).max, -1.0)

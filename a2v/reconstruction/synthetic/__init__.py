@@ -1,0 +1,20 @@
+"""Synthetic people and photographs of them: the rigged avatars, and the studio that photographs them.
+
+`load_avatar(path).surface(a_pose())` is a posed, textured person in a2v's axes; `photograph(surface)` a picture with its mask.
+"""
+
+from a2v.reconstruction.synthetic.avatars import AVATAR_PARTS, Avatar, a_pose, list_avatars, load_avatar, part_of_bone
+from a2v.reconstruction.synthetic.studio import Photo, PhotoSettings, photo_camera, photograph
+
+__all__ = [
+    "AVATAR_PARTS",
+    "Avatar",
+    "Photo",
+    "PhotoSettings",
+    "a_pose",
+    "list_avatars",
+    "load_avatar",
+    "part_of_bone",
+    "photo_camera",
+    "photograph",
+]

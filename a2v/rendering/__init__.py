@@ -1,0 +1,35 @@
+"""Rendering on the CPU: the stage, the four cameras that follow, denoising, and video files.
+
+`choose_variant` finds what works here; `Renderer(surface, settings).render(vertices, camera)` makes pictures;
+`follow_cameras` aims; `write_video` and its siblings write. See ``docs/rendering.md``. Importing this package
+imports neither Mitsuba nor PyAV.
+"""
+
+from a2v.rendering.camera import DIRECTIONS, ViewCamera, follow_cameras
+from a2v.rendering.images import contact_sheet, linear_to_srgb, side_by_side, srgb_to_linear
+from a2v.rendering.renderer import Layers, Renderer, denoise
+from a2v.rendering.scene import SceneSettings
+from a2v.rendering.variant import activate, choose_variant
+from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp
+
+__all__ = [
+    "DIRECTIONS",
+    "Layers",
+    "Renderer",
+    "SceneSettings",
+    "VideoInfo",
+    "ViewCamera",
+    "activate",
+    "choose_variant",
+    "contact_sheet",
+    "denoise",
+    "follow_cameras",
+    "linear_to_srgb",
+    "probe_video",
+    "read_video",
+    "side_by_side",
+    "srgb_to_linear",
+    "write_gif",
+    "write_video",
+    "write_webp",
+]

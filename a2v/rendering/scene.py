@@ -1,0 +1,229 @@
+"""The stage: a person's mesh, the ground, a sun and a spot light from above, and a fill light all around.
+
+Every call into Mitsuba's own names (plugins and their parameters) is in this module and in `renderer`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.types import ByteArray, FloatArray, IntArray, Record, Surface
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneSettings(Record):
+    """Lights, ground and background.
+
+    Directions are world axes (y up, the person faces +z, its left is +x). Irradiance is given over pi: 1 makes
+    a white surface that faces the light exactly white.
+
+    Attributes
+    ----------
+    background : tuple of 3 float
+        sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill light).
+        The ground's albedo follows from it: far from the spot light's pool, lit ground has just the
+        backdrop's colour, so the horizon dissolves.
+    sun : tuple of 3 float
+        Irradiance over pi (linear RGB) of the directional light on a surface that faces it.
+    sun_direction : tuple of 3 float
+        Towards it.
+    sun_angle : float
+        Angular radius, degrees: the softness of its shadows (the real sun's is 0.27).
+    spot : tuple of 3 float
+        Irradiance over pi (linear RGB) of the spot light at the character.
+    spot_position : tuple of 3 float
+        Where it hangs relative to the point on the ground under the camera's target, metres: it follows the character.
+    spot_radius : float
+        Radius of its disk, metres: the softness of its shadows.
+    grid : float
+        Distance of the lines on the ground, metres, which show that the character travels; 0: no lines.
+    grid_contrast : float
+        How much darker the lines are than the ground.
+    ground_radius : float
+        Half the side of the ground, metres; the lines fade towards it.
+    bounces : int
+        Path length: 1 light from lamps only, 2 light once reflected.
+    """
+
+    background: Triple = (0.77, 0.79, 0.81)
+    sun: Triple = (0.74, 0.69, 0.62)
+    sun_direction: Triple = (0.55, 1.15, 0.8)
+    sun_angle: float = 3.0
+    spot: Triple = (0.55, 0.56, 0.58)
+    spot_position: Triple = (-1.6, 4.2, -2.6)
+    spot_radius: float = 0.35
+    grid: float = 0.5
+    grid_contrast: float = 0.16
+    ground_radius: float = 12.0
+    bounces: int = 2
+
+    def __post_init__(self) -> None:
+        colors = np.array([self.background, self.sun, self.spot])
+        if not np.isfinite(colors).all() or colors.min() < 0 or max(self.background) > 1:
+            raise InputError("light must be finite and not negative, and the background sRGB in [0, 1]")
+        if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
+            raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
+        if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
+            raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
+
+    @property
+    def ground_albedo(self) -> FloatArray:
+        """Linear albedo (3,) that makes sunlit open ground as bright as the backdrop."""
+        fill = np.maximum(srgb_to_linear(np.array(self.background)), 1e-3)
+        slope = self.sun_direction[1] / float(np.linalg.norm(self.sun_direction))
+        return np.asarray(fill / (fill + slope * np.array(self.sun)), np.float32)
+
+
+@dataclass(frozen=True)
+class RenderMesh:
+    """A surface cut along its texture seams, with what updates it: Mitsuba keeps one texture coordinate a vertex.
+
+    `source` (W,) maps its vertices to the surface's, `faces` (F, 3) and `uv` (W, 2) are its own, and `smooth`
+    sums face normals (times area) into vertex normals over coincident vertices, so that seams don't show.
+    """
+
+    source: IntArray
+    faces: IntArray
+    uv: FloatArray | None
+    welded: IntArray
+    corner_faces: IntArray
+    smooth: Any
+
+    def normals(self, vertices: FloatArray) -> FloatArray:
+        """Smooth unit normals (W, 3) float32 for the surface's vertices (V, 3)."""
+        corners = vertices[self.corner_faces]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        summed = self.smooth @ across
+        length = np.linalg.norm(summed, axis=1, keepdims=True)
+        unit = np.where(length > 1e-20, summed / np.maximum(length, 1e-20), (0.0, 1.0, 0.0))
+        return np.asarray(unit[self.welded[self.source]], np.float32)
+
+
+def render_mesh(surface: Surface) -> RenderMesh:
+    """Cut `surface` along its texture seams and prepare its smooth normals."""
+    from scipy.sparse import csr_matrix
+
+    faces = np.asarray(surface.faces, np.int64)
+    source = np.arange(len(surface.vertices))
+    cut, uv = faces, None
+    if surface.uv is not None:
+        corners = np.ascontiguousarray(surface.uv.reshape(-1, 2), np.float32)
+        keys = np.column_stack([faces.ravel(), corners.view(np.int32)])
+        _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        source, cut, uv = faces.ravel()[first], inverse.reshape(-1, 3), corners[first]
+    _, welded = np.unique(np.asarray(surface.vertices, np.float32), axis=0, return_inverse=True)
+    welded = welded.ravel()
+    rows, columns = welded[faces].ravel(), np.repeat(np.arange(len(faces)), 3)
+    smooth = csr_matrix((np.ones(rows.size), (rows, columns)), shape=(int(welded.max()) + 1, len(faces)))
+    return RenderMesh(source, cut, uv, welded, faces, smooth)
+
+
+def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None) -> Any:
+    """The Mitsuba mesh of a surface; `bsdf` may refer to the surface's colours as the string "surface"."""
+    textured = mesh.uv is not None and surface.texture is not None
+    color: dict[str, Any]
+    if textured:
+        color = {
+            "type": "bitmap",
+            "bitmap": mi.Bitmap(np.ascontiguousarray(surface.texture)),
+            "filter_type": "bilinear",
+            "wrap_mode": "clamp",
+        }
+    else:
+        color = {"type": "mesh_attribute", "name": "vertex_color"}
+    plan = {"type": "diffuse", "reflectance": "surface"} if bsdf is None else bsdf
+    plan = {key: color if isinstance(value, str) and value == "surface" else value for key, value in plan.items()}
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "inside": plan})
+    shape = mi.Mesh("person", len(mesh.source), len(mesh.faces), has_vertex_normals=True, has_vertex_texcoords=textured, props=properties)
+    if not textured:
+        shape.add_attribute("vertex_color", 3, srgb_to_linear(surface.colors[mesh.source]).ravel())
+    parameters = mi.traverse(shape)
+    parameters["faces"] = mesh.faces.astype(np.uint32).ravel()
+    parameters["vertex_positions"] = np.asarray(surface.vertices, np.float32)[mesh.source].ravel()
+    parameters["vertex_normals"] = mesh.normals(surface.vertices).ravel()
+    if mesh.uv is not None and textured:
+        # Mitsuba's v grows downwards over a bitmap's rows, Surface.uv's grows upwards
+        parameters["vertex_texcoords"] = np.column_stack([mesh.uv[:, 0], 1 - mesh.uv[:, 1]]).astype(np.float32).ravel()
+    parameters.update()
+    return shape
+
+
+def spot_matrix(target: Triple, scene: SceneSettings) -> FloatArray:
+    """World from disk (4, 4) of the spot light that follows `target` (its place on the ground counts)."""
+    foot = np.array([target[0], 0.0, target[2]])
+    place = foot + scene.spot_position
+    aim = foot + np.array((0.0, 0.9, 0.0))
+    normal = (aim - place) / np.linalg.norm(aim - place)
+    side = np.cross((0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0), normal)
+    side /= np.linalg.norm(side)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([side, np.cross(normal, side), normal], axis=1) * scene.spot_radius
+    matrix[:3, 3] = place
+    return matrix
+
+
+def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
+    """Ground and lights as a Mitsuba dictionary."""
+    transform = mi.ScalarTransform4f
+    # A disk far away is a directional light with soft shadows. (As a bright patch of an environment map it is noisier:
+    # one sample would have to choose between the sun and the sky.)
+    sun, far = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction), 2000.0
+    radius = far * float(np.tan(np.radians(scene.sun_angle)))
+    sun_radiance = np.array(scene.sun) * (far**2 + radius**2) / radius**2
+    fill = np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3)
+    # irradiance E of a disk of radius r seen face on from distance d: E = pi L r^2 / (d^2 + r^2)
+    reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
+    spot_radiance = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
+    return {
+        "ground": {
+            "type": "rectangle",
+            "to_world": transform().rotate([1, 0, 0], -90).scale(scene.ground_radius),
+            "bsdf": {"type": "diffuse", "reflectance": _ground_texture(mi, scene)},
+        },
+        "horizon": {  # the ground goes on; a hair lower, so that the two never fight for a ray
+            "type": "rectangle",
+            "to_world": transform().translate([0, -0.002, 0]).rotate([1, 0, 0], -90).scale(100.0),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": scene.ground_albedo.tolist()}},
+        },
+        "fill": {"type": "constant", "radiance": {"type": "rgb", "value": fill.tolist()}},
+        "sun": {
+            "type": "disk",
+            "to_world": transform().look_at(origin=(sun * far).tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(radius),
+            "bsdf": black,
+            "light": {"type": "area", "radiance": {"type": "rgb", "value": sun_radiance.tolist()}},
+        },
+        "spot": {
+            "type": "disk",
+            "to_world": transform(spot_matrix((0.0, 0.0, 0.0), scene)),
+            "bsdf": black,
+            "light": {"type": "area", "radiance": {"type": "rgb", "value": spot_radiance.tolist()}},
+        },
+    }
+
+
+def _ground_texture(mi: Any, scene: SceneSettings) -> dict[str, Any]:
+    if scene.grid == 0 or scene.grid_contrast == 0:
+        return {"type": "rgb", "value": scene.ground_albedo.tolist()}
+    return {"type": "bitmap", "bitmap": mi.Bitmap(grid_texture(scene)), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
+
+
+def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
+    """The ground's sRGB texture (pixels, pixels, 3): faint lines that fade out towards its rim."""
+    at = (np.arange(pixels) + 0.5) / pixels * 2 * scene.ground_radius - scene.ground_radius
+    pixel = 2 * scene.ground_radius / pixels
+    off = np.abs((at + scene.grid / 2) % scene.grid - scene.grid / 2)  # distance to the nearest line
+    line = np.clip(1.25 - off / pixel, 0, 1)
+    lines = np.maximum(line[:, None], line[None, :])
+    radius = np.hypot(at[:, None], at[None, :]) / scene.ground_radius
+    fade = np.clip((0.85 - radius) / 0.6, 0, 1) ** 2 * (3 - 2 * np.clip((0.85 - radius) / 0.6, 0, 1))
+    albedo = scene.ground_albedo * (1 - scene.grid_contrast * lines * fade)[..., None]
+    return to_bytes(linear_to_srgb(albedo))

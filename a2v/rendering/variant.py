@@ -1,0 +1,114 @@
+"""Which Mitsuba variant works on this machine, found without risking the process.
+
+Dr.Jit loads LLVM at run time and *aborts the whole process* on versions it cannot use (15 and 16, what
+Debian 12 offers first). So a child process tries a tiny render, and this process follows only if it lived.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+import subprocess
+import sys
+from importlib import metadata
+from typing import Any
+
+LLVM_VARIANT = "llvm_ad_rgb"
+FALLBACK_VARIANT = "scalar_rgb"
+PROBE_SECONDS = 120.0
+
+_PROBE = """
+import mitsuba as mi
+mi.set_variant("llvm_ad_rgb")
+scene = mi.load_dict({"type": "scene", "shape": {"type": "rectangle"}, "light": {"type": "constant"}, "sensor": {"type": "perspective",
+    "to_world": mi.ScalarTransform4f().translate([0, 0, -3]), "film": {"type": "hdrfilm", "width": 4, "height": 4}}})
+image = mi.render(scene, integrator=mi.load_dict({"type": "direct"}), spp=1)
+assert float(image.array[0]) >= 0
+print("a2v: llvm works")
+"""
+
+
+def llvm_candidates() -> tuple[str | None, ...]:
+    """Paths to try as ``DRJIT_LIBLLVM_PATH``, best first; None: whatever the system finds.
+
+    A path that the user set is the only candidate; otherwise the wheel `karellen-llvm-core`'s library comes
+    before the system's.
+    """
+    if chosen := os.environ.get("DRJIT_LIBLLVM_PATH"):
+        return (chosen,)
+    found: list[str | None] = []
+    try:
+        files = metadata.files("karellen-llvm-core") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    for file in files:
+        if re.fullmatch(r"libLLVM\.so\.[\d.]+|libLLVM\.dylib|LLVM-C\.dll", file.name):
+            path = os.path.realpath(file.locate())
+            if os.path.exists(path) and path not in found:  # noqa: PTH110 - a string is what the variable takes
+                found.append(path)
+    return (*found, None)
+
+
+def probe_llvm(library: str | None) -> bool:
+    """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the system's)."""
+    environment = {**os.environ, **({"DRJIT_LIBLLVM_PATH": library} if library else {})}
+    try:
+        child = subprocess.run(
+            [sys.executable, "-c", _PROBE], env=environment, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return child.returncode == 0 and "a2v: llvm works" in child.stdout
+
+
+@functools.cache
+def _working_llvm() -> tuple[bool, str | None]:
+    """Whether LLVM works, and through which library; asked once a process."""
+    for library in llvm_candidates():
+        if probe_llvm(library):
+            return True, library
+    return False, None
+
+
+def choose_variant() -> tuple[str, str | None]:
+    """The fastest Mitsuba variant that works here, and what to tell the user (None: nothing).
+
+    The first call of a process takes one to a few seconds (a child process renders a 4 x 4 picture); later
+    calls are free. When LLVM works, ``DRJIT_LIBLLVM_PATH`` is set for this process and its children.
+    """
+    works, library = _working_llvm()
+    if not works:
+        return FALLBACK_VARIANT, (
+            f"LLVM cannot be used by Mitsuba here, so frames are rendered with '{FALLBACK_VARIANT}' (about twice as slow); "
+            "install karellen-llvm-core or LLVM 17 or newer, or point DRJIT_LIBLLVM_PATH at its library"
+        )
+    if library is not None:
+        os.environ["DRJIT_LIBLLVM_PATH"] = library
+    return LLVM_VARIANT, None
+
+
+def activate(variant: str = "auto", threads: int = 0) -> Any:
+    """Import Mitsuba, select `variant` ("auto": `choose_variant`) and the number of threads (0: all cores).
+
+    Mitsuba's variant and thread pool belong to the process; calling this again switches them.
+
+    Returns
+    -------
+    The module `mitsuba`.
+    """
+    if variant == "auto":
+        variant, _ = choose_variant()
+    elif variant.startswith("llvm") and "DRJIT_LIBLLVM_PATH" not in os.environ and (paths := llvm_candidates())[0]:
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(paths[0])
+    import drjit
+    import mitsuba
+
+    if mitsuba.variant() != variant:
+        mitsuba.set_variant(variant)
+        mitsuba.set_log_level(mitsuba.LogLevel.Error)  # it warns at every render that 8 samples are rounded up to 9
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    wanted = threads or cores
+    if drjit.thread_count() != wanted:
+        drjit.set_thread_count(wanted)
+    return mitsuba

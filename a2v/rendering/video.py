@@ -1,0 +1,173 @@
+"""Moving pictures: MP4 that browsers play, GIF and WebP for READMEs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.types import ByteArray
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """What `probe_video` reads: sizes in pixels, frames a second, the codec's and the pixel format's names."""
+
+    width: int
+    height: int
+    frames: int
+    fps: float
+    codec: str
+    pixel_format: str
+
+
+def _checked(frames: Iterable[ByteArray]) -> Iterator[ByteArray]:
+    """The frames, each checked to be (H, W, 3) uint8 of one size; at least one."""
+    shape: tuple[int, ...] | None = None
+    for index, frame in enumerate(frames):
+        if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
+            raise InputError(f"frame {index} has shape {frame.shape} and type {frame.dtype}; expected (height, width, 3) uint8")
+        if shape is not None and frame.shape != shape:
+            raise InputError(f"frame {index} is {frame.shape[1]} x {frame.shape[0]} pixels; the first is {shape[1]} x {shape[0]}")
+        shape = frame.shape
+        yield frame
+    if shape is None:
+        raise InputError("no frames to write; render at least one")
+
+
+def write_video(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, crf: int = 18, preset: str = "medium") -> None:
+    """Write H.264 (yuv420p, BT.709, index in front: plays while it loads) atomically.
+
+    Parameters
+    ----------
+    path
+        Ends in ``.mp4``.
+    frames : iterable of (H, W, 3) uint8
+        sRGB, all of one size. An odd width or height gets its last column or row repeated, because yuv420p needs even ones.
+    fps : float
+        Frames per second.
+    crf : int
+        Quality: 0 lossless, 18 visually clean, 51 worst.
+    preset : str
+        x264's trade of time for size.
+
+    Raises
+    ------
+    InputError
+        No frames, frames of several sizes, an unusable `fps`, or the file cannot be written.
+    """
+    import av
+
+    if not (np.isfinite(fps) and fps > 0):
+        raise InputError(f"fps is {fps}; expected a positive number")
+    if Path(path).suffix.lower() != ".mp4":
+        raise InputError(f"{path} does not end in .mp4")
+    with atomic_path(path) as temporary, av.open(str(temporary), "w", options={"movflags": "+faststart"}) as container:
+        rate = Fraction(fps).limit_denominator(1001)
+        stream = container.add_stream("libx264", rate=rate, options={"crf": str(crf), "preset": preset, "threads": "1"})
+        stream.pix_fmt = "yuv420p"
+        context = stream.codec_context
+        started = False
+        for image in _checked(frames):
+            even = np.pad(image, ((0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)), mode="edge")
+            if not started:
+                stream.height, stream.width = even.shape[:2]
+                # without these tags players guess the matrix by picture size, and colours shift
+                context.color_primaries, context.color_trc, context.colorspace, context.color_range = 1, 1, 1, 1
+                started = True
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
+            frame = frame.reformat(format="yuv420p", src_colorspace="itu709", dst_colorspace="itu709", dst_color_range="mpeg")
+            for packet in stream.encode(frame):
+                container.mux(packet)
+        for packet in stream.encode():
+            container.mux(packet)
+
+
+def read_video(path: str | os.PathLike[str]) -> Iterator[ByteArray]:
+    """Frames (H, W, 3) uint8 sRGB of a video.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is no video.
+    """
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            for frame in container.decode(video=0):
+                yield frame.to_ndarray(format="rgb24", src_colorspace="itu709")
+    except (av.FFmpegError, IndexError) as error:
+        raise InputError(f"{path} is not a readable video ({error})") from error
+
+
+def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
+    """Size, number of frames (counted by decoding), speed and codec of a video.
+
+    Raises
+    ------
+    InputError
+        The file is missing or is no video.
+    """
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            stream = container.streams.video[0]
+            frames = sum(1 for _ in container.decode(stream))
+            context = stream.codec_context
+            return VideoInfo(context.width, context.height, frames, float(stream.average_rate or 0), context.name, str(context.pix_fmt))
+    except (av.FFmpegError, IndexError) as error:
+        raise InputError(f"{path} is not a readable video ({error})") from error
+
+
+def write_gif(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, colors: int = 128) -> None:
+    """Write a looping GIF with one palette for all frames (no flicker of dithered flats), atomically.
+
+    Raises
+    ------
+    InputError
+        As for `write_video`.
+    """
+    from PIL import Image
+
+    pictures = [Image.fromarray(frame) for frame in _checked(frames)]
+    picks = pictures[:: max(1, len(pictures) // 8)]
+    mosaic = Image.fromarray(np.concatenate([np.asarray(picture)[::2, ::2] for picture in picks]))
+    palette = mosaic.quantize(colors, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    indexed = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    _save_animation(path, indexed, fps, ".gif", {"disposal": 1, "optimize": False})
+
+
+def write_webp(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, quality: int = 60) -> None:
+    """Write a looping animated WebP, atomically; several times smaller than a GIF.
+
+    Raises
+    ------
+    InputError
+        As for `write_video`.
+    """
+    from PIL import Image
+
+    pictures = [Image.fromarray(frame) for frame in _checked(frames)]
+    _save_animation(path, pictures, fps, ".webp", {"quality": quality, "method": 4})
+
+
+def _save_animation(path: str | os.PathLike[str], pictures: list[Any], fps: float, suffix: str, options: dict[str, object]) -> None:
+    if not (np.isfinite(fps) and fps > 0):
+        raise InputError(f"fps is {fps}; expected a positive number")
+    if Path(path).suffix.lower() != suffix:
+        raise InputError(f"{path} does not end in {suffix}")
+    # both formats count whole milliseconds (GIF: centiseconds); rounding the times of the frames' ends keeps the clip's length
+    unit = 10 if suffix == ".gif" else 1
+    ends = np.rint(np.arange(1, len(pictures) + 1) * 1000 / fps / unit).astype(int) * unit
+    durations = [int(value) for value in np.diff(ends, prepend=0)]
+    with atomic_path(path) as temporary:
+        pictures[0].save(temporary, save_all=True, append_images=pictures[1:], duration=durations, loop=0, **options)

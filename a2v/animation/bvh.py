@@ -144,7 +144,7 @@ def read_bvh(
     to_offset[:, 1:] = rotvec_to_rotmat(
         swing_between(np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape), local[:, keep[1:]])
     )
-    rotations = _chain_rotations(bone_turn @ to_offset, skeleton)
+    rotations = chain_rotations(bone_turn @ to_offset, skeleton)
     motion = Motion(
         joints=joints.astype(np.float32),
         rotations=rotations.astype(np.float32),
@@ -576,7 +576,7 @@ def _fps(frame_time: float) -> float:
     return float(round(fps)) if round(fps) and abs(fps / round(fps) - 1) < 2e-4 else fps
 
 
-def _chain_rotations(turns: FloatArray, skeleton: Skeleton) -> FloatArray:
+def chain_rotations(turns: FloatArray, skeleton: Skeleton) -> FloatArray:
     """Rotation vectors (T, J, 3) relative to the previous bone of the chain, from world turns of bones (T, J, 3, 3)."""
     rotations = np.zeros((*turns.shape[:2], 3))
     for chain in skeleton.chains:

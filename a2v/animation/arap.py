@@ -1,0 +1,213 @@
+"""As-rigid-as-possible deformation with soft control points (Eq. 20; Sorkine and Alexa 2007)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.animation.deform import blended_matrices, control_points, nearest_rotations
+from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian
+from a2v.errors import InputError
+from a2v.types import Character, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class ArapResult:
+    """A deformed mesh.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        Metres.
+    energies : tuple of float
+        Value of the objective after each iteration (it never grows).
+    iterations : int
+    """
+
+    vertices: FloatArray
+    energies: tuple[float, ...]
+    iterations: int
+
+
+class ArapSolver:
+    """Minimises the (squared) objective of Eq. 20 for one mesh; factored once.
+
+    sum_i sum_j k_ij |(x_i - x_j) - R_i (s_i - s_j)|^2 + sum_l c_l |x_l - target_l|^2
+
+    with cotangent weights k. Alternates between the best rotations (local) and the best positions (global, one prefactored
+    sparse Cholesky). Rotations come from quaternion-free Newton steps on the axis (Mueller et al. 2016), which need no
+    decomposition, keep determinant +1 and start from the last iteration's.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float
+        Rest positions.
+    faces : (F, 3) int
+    control : (V,) float
+        Weights c_l; 0 for free vertices. At least one must be positive in every connected component.
+    """
+
+    def __init__(self, vertices: FloatArray, faces: IntArray, control: FloatArray):
+        from scipy.sparse import coo_matrix, diags
+
+        self.rest = vertices.astype(np.float64)
+        self.control = np.asarray(control, dtype=np.float64)
+        count = len(self.rest)
+        if self.control.shape != (count,) or not np.isfinite(self.control).all() or (self.control < 0).any() or not self.control.any():
+            raise InputError(f"control weights must be {count} numbers, none negative and not all zero")
+        weights = cotangent_weights(self.rest, faces)
+        self._laplacian = 2 * laplacian(weights)  # every edge counts from both of its ends
+        self._factor = Cholesky(self._laplacian + diags(self.control))
+        pairs = weights.tocoo()
+        i, j, k = pairs.row, pairs.col, pairs.data
+        edges = self.rest[i] - self.rest[j]
+        moment = k[:, None] * edges  # k_ij (s_i - s_j)
+        self._weights = pairs
+        # covariance_i = sum_j k_ij (x_i - x_j) (s_i - s_j)^T as one sparse product: rows (i, a)
+        axes = np.arange(3)
+        rows = (3 * i[:, None] + axes).ravel()
+        gather = coo_matrix((moment.ravel(), (rows, np.repeat(i, 3))), shape=(3 * count, count))
+        spread = coo_matrix((-moment.ravel(), (rows, np.repeat(j, 3))), shape=(3 * count, count))
+        self._covariance = (gather + spread).tocsr()
+        # right-hand side_i = sum_j k_ij (R_i + R_j)(s_i - s_j): the same matrix, transposed, as (s_i - s_j) = -(s_j - s_i)
+        self._divergence = self._covariance.T.tocsr()
+        self._constant = float((k * (edges**2).sum(1)).sum())
+
+    def solve(
+        self,
+        targets: FloatArray,
+        *,
+        start: FloatArray | None = None,
+        rotations: FloatArray | None = None,
+        iterations: int = 8,
+        tolerance: float = 1e-4,
+    ) -> ArapResult:
+        """Deform towards `targets`.
+
+        Parameters
+        ----------
+        targets : (V, 3) float
+            Positions of the control points (ignored where the control weight is 0).
+        start : (V, 3) float or None
+            First guess of the positions; None solves for them from `rotations`.
+        rotations : (V, 3, 3) float or None
+            First guess of the rotations; identities if left out.
+        iterations : int
+            At most.
+        tolerance : float
+            Stop when the energy falls by less than this fraction.
+        """
+        count = len(self.rest)
+        turn = np.tile(np.eye(3), (count, 1, 1)) if rotations is None else np.array(rotations, dtype=np.float64)
+        pull = self.control[:, None] * np.where(self.control[:, None] > 0, targets, 0.0)
+        energies: list[float] = []
+        x = None if start is None else np.asarray(start, dtype=np.float64)
+        for _ in range(max(1, iterations)):
+            if x is not None:
+                turn = self._rotations(x, turn)
+            x = self._factor.solve(self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull)
+            energies.append(self.energy(x, turn, targets))
+            if len(energies) > 1 and energies[-2] - energies[-1] <= tolerance * max(energies[-2], 1e-12 * self._constant):
+                break
+        assert x is not None  # the loop runs at least once
+        return ArapResult(x, tuple(energies), len(energies))
+
+    def energy(self, x: FloatArray, turn: FloatArray, targets: FloatArray) -> float:
+        """Value of the objective for positions (V, 3) and rotations (V, 3, 3)."""
+        covariance = (self._covariance @ x).reshape(-1, 3, 3)
+        stretch = float((x * (self._laplacian @ x)).sum()) + self._constant
+        rigid = stretch - 2 * float((np.swapaxes(turn, 1, 2) * covariance).sum())
+        gap = np.where(self.control[:, None] > 0, x - targets, 0.0)
+        return max(rigid, 0.0) + float((self.control[:, None] * gap**2).sum())
+
+    def _rotations(self, x: FloatArray, turn: FloatArray) -> FloatArray:
+        """Best rotations (V, 3, 3) for positions x, starting from `turn`."""
+        covariance = np.swapaxes((self._covariance @ x).reshape(-1, 3, 3), 1, 2)  # columns: sum_j k (x_i - x_j) s_a
+        return rotations_of(covariance, turn)
+
+
+def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> FloatArray:
+    """Rotations (N, 3, 3) maximising trace(R^T A) for A (N, 3, 3), from a first guess near the solution.
+
+    Each step turns R about omega = sum_k R_k x A_k / |sum_k R_k . A_k| (Mueller, Bender, Chentanez, Macklin 2016); a step that
+    does not improve (far guesses, flat neighbourhoods seen from behind) falls back to the decomposition for that vertex.
+    """
+    a = np.ascontiguousarray(np.moveaxis(matrices, 0, -1))  # (3, 3, N): long contiguous rows
+    r = np.ascontiguousarray(np.moveaxis(start, 0, -1))
+    for _ in range(steps):
+        w = np.stack(
+            [sum(r[(c + 1) % 3, k] * a[(c + 2) % 3, k] - r[(c + 2) % 3, k] * a[(c + 1) % 3, k] for k in range(3)) for c in range(3)]
+        )
+        fit = np.abs((r * a).sum((0, 1))) + 1e-20
+        w /= fit
+        angle = np.sqrt((w * w).sum(0))
+        far = angle > 2.0
+        if far.any():
+            w[:, far] *= 2.0 / angle[far]
+            angle = np.minimum(angle, 2.0)
+        half = 0.5 * angle
+        sinc = np.where(angle > 1e-8, np.sin(half) / np.maximum(angle, 1e-8), 0.5)
+        q0, (q1, q2, q3) = np.cos(half), w * sinc
+        step = (
+            (1 - 2 * (q2 * q2 + q3 * q3), 2 * (q1 * q2 - q0 * q3), 2 * (q1 * q3 + q0 * q2)),
+            (2 * (q1 * q2 + q0 * q3), 1 - 2 * (q1 * q1 + q3 * q3), 2 * (q2 * q3 - q0 * q1)),
+            (2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1), 1 - 2 * (q1 * q1 + q2 * q2)),
+        )
+        r = np.stack([step[c][0] * r[0] + step[c][1] * r[1] + step[c][2] * r[2] for c in range(3)])
+        if float(angle.max(initial=0.0)) < 1e-7:
+            break
+    result = np.ascontiguousarray(np.moveaxis(r, -1, 0))
+    lost = np.flatnonzero(((r * a).sum((0, 1)) <= 0) | (angle > 0.3))
+    if len(lost):
+        result[lost] = nearest_rotations(matrices[lost])
+    return result
+
+
+class ArapDeformer:
+    """Eq. 20 for a character: locally rigid, pulled towards the reposed body plus displacement (`control_points`).
+
+    Factored once a character. Every frame starts from its *own* skinning result, not from the frame before: frames may be
+    computed in any order and on any machine with the same result.
+
+    Parameters
+    ----------
+    character : Character
+    control : float
+        Weight of a control point against the rigidity of its surroundings (dimensionless; the paper's 1). Smaller is
+        smoother: control is felt over about ``1 / sqrt(control)`` edges.
+    iterations : int
+        At most, a frame.
+    tolerance : float
+        Stop when the energy falls by less than this fraction.
+    """
+
+    def __init__(self, character: Character, *, control: float = 0.05, iterations: int = 4, tolerance: float = 1e-3):
+        if not control > 0:
+            raise InputError(f"control is {control}; expected a positive weight")
+        self.character, self.iterations, self.tolerance = character, iterations, tolerance
+        self._solver = ArapSolver(
+            character.surface.vertices, character.surface.faces.astype(np.int64), np.full(len(character.surface.vertices), control)
+        )
+
+    def solve(self, bone_transforms: FloatArray) -> ArapResult:
+        """Deform to one frame's bone transforms (B, 4, 4); energies and iterations are in the result."""
+        blended = blended_matrices(self.character, bone_transforms)
+        rest = self.character.surface.vertices.astype(np.float64)
+        start = np.einsum("vab,vb->va", blended[..., :3], rest) + blended[..., 3]
+        targets = control_points(self.character, bone_transforms)
+        turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms))
+        return self._solver.solve(targets, start=start, rotations=turns, iterations=self.iterations, tolerance=self.tolerance)
+
+    def __call__(self, bone_transforms: FloatArray) -> FloatArray:
+        """Vertices (V, 3) float32 for one frame's bone transforms (B, 4, 4)."""
+        return self.solve(bone_transforms).vertices.astype(np.float32)
+
+
+def _guess(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """Rotation (V, 3, 3) of each vertex's strongest bone."""
+    inverse = np.linalg.inv(character.body.bone_transforms.astype(np.float64))[:, :3, :3]
+    turns: Any = bone_transforms[:, :3, :3].astype(np.float64) @ inverse
+    guess: FloatArray = turns[character.bones[:, 0]]
+    return guess

@@ -1,0 +1,86 @@
+"""Posing a character by skinning: the start of Eq. 20 and the fast fallback, and the paper's control points S*."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.types import Character, FloatArray
+
+
+def skinning_matrices(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """Matrices (B, 4, 4) float64 that move points of the bind pose with their bones.
+
+    Raises
+    ------
+    InputError
+        `bone_transforms` is not (B, 4, 4) of finite numbers.
+    """
+    bones = len(character.body.bone_names)
+    if np.shape(bone_transforms) != (bones, 4, 4):
+        raise InputError(
+            f"bone transforms have shape {np.shape(bone_transforms)}; expected ({bones}, 4, 4): one frame of retarget's result"
+        )
+    if not np.isfinite(bone_transforms).all():
+        raise InputError("bone transforms hold NaN or infinite numbers")
+    inverse = np.linalg.inv(character.body.bone_transforms.astype(np.float64))
+    matrices: FloatArray = bone_transforms.astype(np.float64) @ inverse
+    return matrices
+
+
+def blended_matrices(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """Each vertex's blend (V, 3, 4) float64 of its four bones' matrices."""
+    matrices = skinning_matrices(character, bone_transforms)[:, :3]
+    weights = character.weights.astype(np.float64)
+    blended: FloatArray = np.einsum("vk,vkab->vab", weights, matrices[character.bones])
+    return blended
+
+
+def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """Linear blend skinning of a character's surface.
+
+    Parameters
+    ----------
+    character : Character
+    bone_transforms : (B, 4, 4) float
+        World from bone, metres: one frame of `retarget`'s result.
+
+    Returns
+    -------
+    (V, 3) float32
+        Vertices, metres.
+
+    Raises
+    ------
+    InputError
+        Wrong shape or not finite.
+    """
+    blended = blended_matrices(character, bone_transforms)
+    vertices = character.surface.vertices.astype(np.float64)
+    posed = np.einsum("vab,vb->va", blended[..., :3], vertices) + blended[..., 3]
+    return posed.astype(np.float32)
+
+
+def control_points(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """The paper's target positions S* (V, 3) float64: the reposed body plus the displacement map (Eq. 19).
+
+    The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone ("free-form deformation" in the
+    paper) these tear where neighbouring vertices have different anchors: `ArapDeformer` is what they are for.
+    """
+    matrices = skinning_matrices(character, bone_transforms)[:, :3]
+    body = character.body
+    used, back = np.unique(character.anchors, return_inverse=True)
+    at_anchor = np.einsum("vb,bij->vij", body.weights[used].astype(np.float64), matrices, optimize=True)[back]
+    anchors = body.vertices.astype(np.float64)[character.anchors]
+    shift = character.surface.vertices.astype(np.float64) - anchors
+    reposed = np.einsum("vab,vb->va", at_anchor[..., :3], anchors) + at_anchor[..., 3]
+    return reposed + np.einsum("vab,vb->va", nearest_rotations(at_anchor[..., :3]), shift)
+
+
+def nearest_rotations(matrices: FloatArray) -> FloatArray:
+    """Rotations (N, 3, 3) nearest to matrices (N, 3, 3), by singular value decomposition."""
+    u, _, vt = np.linalg.svd(matrices)
+    sign = np.linalg.det(u @ vt)
+    u[:, :, 2] *= np.sign(sign)[:, None]
+    rotations: FloatArray = u @ vt
+    return rotations

@@ -1,0 +1,81 @@
+"""Small mesh tools: normals, areas and Laplacians as sparse matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from a2v.types import FloatArray, IntArray
+
+
+def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Unit normals (V, 3) weighted by face area; zero where a vertex has no face."""
+    corners = vertices[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.stack([np.bincount(faces.ravel(), np.repeat(normal[:, a], 3), len(vertices)) for a in range(3)], -1)
+    result: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)
+    return result
+
+
+def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """A third of the area of the faces around each vertex, (V,) square metres."""
+    corners = vertices[faces]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices))
+
+
+def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float = 1e-2) -> Any:
+    """Symmetric sparse matrix (V, V) of edge weights (cot alpha + cot beta) / 2.
+
+    Cotangents of obtuse triangles are negative, which lets local rotations flip: edge weights are kept above `smallest`
+    (degenerate triangles give it too).
+    """
+    from scipy.sparse import coo_matrix
+
+    v = vertices.astype(np.float64)
+    rows, columns, values = [], [], []
+    for a in range(3):
+        i, j, k = faces[:, (a + 1) % 3], faces[:, (a + 2) % 3], faces[:, a]
+        to_i, to_j = v[i] - v[k], v[j] - v[k]
+        sine = np.linalg.norm(np.cross(to_i, to_j), axis=1)
+        cotangent = (to_i * to_j).sum(1) / np.maximum(sine, 1e-12)
+        cotangent = np.clip(cotangent, -50, 50) * (sine > 1e-12)
+        rows += [i, j]
+        columns += [j, i]
+        values += [cotangent / 2, cotangent / 2]
+    count = len(v)
+    matrix = coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count)).tocsr()
+    matrix.data = np.maximum(matrix.data, smallest)
+    return matrix
+
+
+def laplacian(weights: Any) -> Any:
+    """Positive semi-definite Laplacian (V, V) of a symmetric weight matrix."""
+    from scipy.sparse import diags
+
+    return (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()
+
+
+class Cholesky:
+    """A factored symmetric positive definite sparse matrix: factor once, solve many right-hand sides."""
+
+    def __init__(self, matrix: Any):
+        from cholespy import CholeskySolverD, MatrixType
+
+        entries = matrix.tocoo()
+        self._size = entries.shape[0]
+        self._solver = CholeskySolverD(
+            self._size, entries.row.astype(np.int32), entries.col.astype(np.int32), entries.data.astype(np.float64), MatrixType.COO
+        )
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """Solution (V, C) for right-hand sides (V, C)."""
+        solution = np.zeros((self._size, right.shape[1]))
+        wide = 64  # cholespy takes up to 128 columns at once
+        for first in range(0, right.shape[1], wide):
+            part = np.ascontiguousarray(right[:, first : first + wide], dtype=np.float64)
+            out = np.zeros_like(part)
+            self._solver.solve(part, out)
+            solution[:, first : first + wide] = out
+        return solution

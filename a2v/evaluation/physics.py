@@ -1,0 +1,167 @@
+"""Does a motion obey the ground: foot skating, penetration, float, jitter, bone lengths.
+
+Definitions as in the literature on motion generation (see `../docs`): always print the real data's value beside a
+generated one, it is never zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.types import FloatArray, IntArray, Motion
+
+
+@dataclass(frozen=True)
+class PhysicsMetrics:
+    """Physical plausibility of one or more clips.
+
+    Attributes
+    ----------
+    skating : float
+        Fraction of frame pairs in which a foot joint is lower than 5 cm in both frames and moves faster than 0.5 m/s over
+        the ground, at 20 fps.
+    penetration : float
+        Mean over frames of the depth of the lowest joint under the floor beyond 5 mm, mm.
+    floating : float
+        Mean over frames of the height of the lowest joint over the floor beyond 5 mm, mm.
+    slide : float
+        Mean path over the ground of foot joints while they are lower than 5 cm, mm a frame at 20 fps.
+    jitter : float
+        Mean length of the third difference of joint positions times fps^3, m/s^3.
+    bone_variation : float
+        Standard deviation over mean of bone lengths over time, mean over bones.
+    """
+
+    skating: float
+    penetration: float
+    floating: float
+    slide: float
+    jitter: float
+    bone_variation: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Name to value."""
+        return asdict(self)
+
+
+RATE = 20.0
+LOW = 0.05
+FAST = 0.5
+TOLERANCE = 0.005
+
+
+def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
+    """Fraction of steps in which any foot joint skates.
+
+    Parameters
+    ----------
+    feet : (..., T, F, 3) float
+        Foot joints (ankles, toes), metres, y up.
+    fps : float
+        Their frame rate; they are sampled down or interpolated linearly to 20 fps.
+    floor : float
+        Height of the ground, metres.
+    """
+    feet = _at_rate(np.asarray(feet, dtype=np.float64), fps)
+    if feet.shape[-3] < 2:
+        return 0.0
+    low = feet[..., 1] - floor < LOW
+    step = np.linalg.norm(np.diff(feet[..., ::2], axis=-3), axis=-1) * RATE
+    skates = low[..., 1:, :] & low[..., :-1, :] & (step > FAST)
+    return float(skates.any(-1).mean())
+
+
+def foot_slide(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:
+    """Mean path over the ground, mm a frame at 20 fps, of foot joints (..., T, F, 3) while lower than 5 cm."""
+    feet = _at_rate(np.asarray(feet, dtype=np.float64), fps)
+    if feet.shape[-3] < 2:
+        return 0.0
+    low = feet[..., 1] - floor < LOW
+    both = low[..., 1:, :] & low[..., :-1, :]
+    step = np.linalg.norm(np.diff(feet[..., ::2], axis=-3), axis=-1)
+    return float(1000 * step[both].mean()) if both.any() else 0.0
+
+
+def ground_distance(points: FloatArray, *, floor: float = 0.0) -> tuple[float, float]:
+    """Penetration and float in mm of points (..., T, P, 3): the lowest point a frame, beyond 5 mm of tolerance, mean."""
+    lowest = np.asarray(points)[..., 1].min(-1) - floor
+    return float(1000 * np.maximum(-lowest - TOLERANCE, 0).mean()), float(1000 * np.maximum(lowest - TOLERANCE, 0).mean())
+
+
+def jitter(joints: FloatArray, fps: float) -> float:
+    """Mean |third difference| * fps^3, m/s^3, of joints (..., T, J, 3); 0 for fewer than 4 frames."""
+    joints = np.asarray(joints, dtype=np.float64)
+    if joints.shape[-3] < 4:
+        return 0.0
+    return float(np.linalg.norm(np.diff(joints, 3, axis=-3), axis=-1).mean() * fps**3)
+
+
+def bone_variation(joints: FloatArray, parents: IntArray) -> float:
+    """Standard deviation over mean of bone lengths over time, mean over bones and clips; joints (..., T, J, 3)."""
+    joints, parents = np.asarray(joints, dtype=np.float64), np.asarray(parents, dtype=np.int64)
+    lengths = np.linalg.norm(joints[..., 1:, :] - joints[..., parents[1:], :], axis=-1)
+    mean = lengths.mean(-2)
+    return float((lengths.std(-2) / np.maximum(mean, 1e-9))[mean > 1e-6].mean()) if (mean > 1e-6).any() else 0.0
+
+
+def floor_height(joints: FloatArray) -> float:
+    """Height of the ground under a clip (..., T, J, 3): the lowest joint's 5 % quantile over frames."""
+    return float(np.quantile(np.asarray(joints)[..., 1].min(-1), 0.05))
+
+
+def physics_metrics(motion: Motion, *, feet: tuple[int, ...] | None = None, floor: float | None = 0.0) -> PhysicsMetrics:
+    """All measures of a clip or a batch.
+
+    Parameters
+    ----------
+    motion : Motion
+        Metres, y up.
+    feet : indices of foot joints, or None
+        None takes ankles and toes by their names.
+    floor : float or None
+        Height of the ground, metres; None finds it for every clip by `floor_height`.
+
+    Raises
+    ------
+    InputError
+        No foot joints are known.
+    """
+    if feet is None:
+        from a2v.animation.names import canonical_joints
+
+        found = canonical_joints(motion.joint_names, motion.parents.tolist())
+        feet = tuple(found[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot") if name in found)
+    if not feet:
+        raise InputError(f"no foot joints among {', '.join(motion.joint_names[:8])}; give their indices")
+    clips = motion.joints.reshape((-1, *motion.joints.shape[-3:])).astype(np.float64)
+    rows = []
+    for clip in clips:
+        level = floor_height(clip) if floor is None else floor
+        depth, over = ground_distance(clip, floor=level)
+        ankles = clip[:, list(feet)]
+        rows.append(
+            (
+                foot_skating(ankles, motion.fps, floor=level),
+                depth,
+                over,
+                foot_slide(ankles, motion.fps, floor=level),
+                jitter(clip, motion.fps),
+                bone_variation(clip, motion.parents),
+            )
+        )
+    return PhysicsMetrics(*(float(value) for value in np.mean(rows, axis=0)))
+
+
+def _at_rate(points: FloatArray, fps: float) -> FloatArray:
+    """Points (..., T, F, 3) at 20 fps by linear interpolation."""
+    frames = points.shape[-3]
+    if abs(fps - RATE) < 1e-6 or frames < 2:
+        return points
+    at = np.arange(int(np.floor((frames - 1) * RATE / fps + 1e-9)) + 1) * (fps / RATE)
+    first = np.minimum(at.astype(np.int64), frames - 2)
+    share = (at - first)[:, None, None]
+    resampled: FloatArray = np.take(points, first, axis=-3) * (1 - share) + np.take(points, first + 1, axis=-3) * share
+    return resampled

@@ -265,7 +265,7 @@ def _leg(
     leg = pixels[ankle] - pixels[hip]
     straight = bend(pixels) < 15.0
     if usable and np.isfinite(points[[hip, knee, ankle]]).all():
-        straight &= bend(points) < 45.0
+        straight &= bend(points) < 30.0  # detectors bend straight legs by some twenty degrees
     if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
         straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
     upright = abs(leg[0]) < 0.3 * leg[1]
@@ -356,7 +356,7 @@ class Objective:
             first, last = e.segments[:, 0], e.segments[:, 1]
             along = (landmarks[last, 2] - landmarks[first, 2]) * scale
             square = (along - self._depth).square() / e.height**2
-            terms["depth"] = s.depth_weight * (self._depth_weights * geman_mcclure(square, 2.5 * s.depth_sigma)).sum() / s.depth_sigma**2
+            terms["depth"] = s.depth_weight * (self._depth_weights * geman_mcclure(square, 3.0 * s.depth_sigma)).sum() / s.depth_sigma**2
         terms["pose"] = s.pose_weight * ((unknowns.angles - self._natural) / self._spread).square().sum()
         low, high = self._limits.unbind(-1)
         beyond = (low - unknowns.angles).clamp(min=0) + (unknowns.angles - high).clamp(min=0)

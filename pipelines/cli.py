@@ -118,7 +118,7 @@ def parse(name: str, command: Any, arguments: Sequence[str]) -> Any:
     parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
     command.add_arguments(parser)
     try:
-        return parser.parse_args(list(arguments))
+        return parser.instantiate_classes(parser.parse_args(list(arguments)))
     except argparse.ArgumentError as error:
         raise InputError(f"{_first_line(str(error))}; see a2v {name} --help") from None
 

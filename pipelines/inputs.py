@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import errno
 import os
 import tempfile
@@ -140,16 +139,7 @@ def add_stage_arguments(parser: Any, names: Sequence[str]) -> None:
 
 def stages_of(settings: Any) -> dict[str, Any]:
     """The stages' settings out of parsed options."""
-    return {name: _as(type(value), getattr(settings, name)) for name, value in stage_settings().items() if hasattr(settings, name)}
-
-
-def _as(kind: Any, value: Any) -> Any:
-    """A settings dataclass out of what the parser made of its options."""
-    if isinstance(value, kind):
-        return value
-    values = value.as_dict() if hasattr(value, "as_dict") else dict(value)
-    names = {item.name for item in dataclasses.fields(kind)}
-    return kind(**{name: tuple(item) if isinstance(item, list) else item for name, item in values.items() if name in names})
+    return {name: getattr(settings, name) for name in stage_settings() if hasattr(settings, name)}
 
 
 def photo_parameters(

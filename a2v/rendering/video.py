@@ -83,7 +83,7 @@ def write_video(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: 
                 context.color_primaries, context.color_trc, context.colorspace, context.color_range = 1, 1, 1, 1
                 started = True
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
-            frame = frame.reformat(format="yuv420p", src_colorspace="itu709", dst_colorspace="itu709", dst_color_range="mpeg")
+            frame = frame.reformat(format="yuv420p", src_colorspace="itu709", dst_colorspace="itu709", dst_color_range="MPEG")
             for packet in stream.encode(frame):
                 container.mux(packet)
         for packet in stream.encode():

@@ -7,13 +7,13 @@ import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from a2v.errors import InputError
 from pipelines.store import File, Ref, Store, read_bytes
 
 if TYPE_CHECKING:
-    from a2v.types import RenderSettings
+    from a2v.types import RenderSettings, View
     from pipelines.nodes.values import Blob
 
 MAX_PHOTO_BYTES = 256 << 20
@@ -85,7 +85,9 @@ def render_settings(settings: Any) -> RenderSettings:
     if doubles := [view for view in views if views.count(view) > 1]:
         raise InputError(f"view '{doubles[0]}' is given twice")
     return RenderSettings(
-        views=views, size=settings.size, spp=settings.spp, denoise=settings.denoise, variant=settings.variant, seed=settings.render_seed
+        views=cast(
+            "tuple[View, ...]", views
+        ),  # RenderSettings checks them size=settings.size, spp=settings.spp, denoise=settings.denoise, variant=settings.variant, seed=settings.render_seed
     )
 
 

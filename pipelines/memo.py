@@ -175,7 +175,10 @@ def _sources(module: str, uses: Sequence[str]) -> Iterator[Path]:
         if spec is None or spec.origin is None:
             raise TypeError(f"a2v has no subpackage '{name}', which a node of {module} names in uses=")
         origin = Path(spec.origin)
-        yield from sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
+        if origin.name == "__init__.py":  # data files beside the code count as well
+            yield from sorted(path for path in origin.parent.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+        else:
+            yield origin
 
 
 def size_of(result: Any) -> list[int]:

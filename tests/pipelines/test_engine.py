@@ -252,7 +252,10 @@ def test_code_of_named_subpackages_is_part_of_the_key(tmp_path, monkeypatch):
     before = digest(__name__, ("fake",))
     assert digest(__name__, ("fake",)) == before != digest(__name__, ())
     (package / "deep" / "x.py").write_text("A = 2\n")
-    assert digest(__name__, ("fake",)) != before
+    after = digest(__name__, ("fake",))
+    assert after != before
+    (package / "weights.bin").write_bytes(b"1")
+    assert digest(__name__, ("fake",)) not in (before, after)
     with pytest.raises(TypeError, match="no subpackage 'nowhere'"):
         digest(__name__, ("nowhere",))
 

@@ -43,7 +43,9 @@ DIRECTIONS = [
 UNSEEN = ("arm_twist", "forearm_twist", "wrist_bend", "wrist_deviate", "ankle_twist", "ankle_roll", "head_bend", "head_twist", "head_lean", "knee_twist", "collar_raise", "collar_push")  # fmt: skip
 
 
-def inverse_kinematics(joints: np.ndarray, names: tuple[str, ...], model: AnnyModel, space: PoseSpace, steps: int = 120) -> tuple[np.ndarray, np.ndarray]:
+def inverse_kinematics(
+    joints: np.ndarray, names: tuple[str, ...], model: AnnyModel, space: PoseSpace, steps: int = 120
+) -> tuple[np.ndarray, np.ndarray]:
     """Angles (N, D) of Anny's rig whose bones point like those of CMU's joints (N, 20, 3), and the mean angle between them (N,), degrees."""
     place = {name: index for index, name in enumerate(names)}
     target = np.stack([joints[:, place[last]] - joints[:, place[first]] for (first, last), _, _ in DIRECTIONS], axis=1)
@@ -103,10 +105,15 @@ def main() -> None:
     frames = np.concatenate([clip[rng.choice(len(clip), size=min(len(clip), arguments.frames), replace=False)] for clip in dataset.joints])
     model = load_body_model("anny")
     space = pose_space(model)
-    parts = [inverse_kinematics(frames[start : start + 500].astype(np.float64), dataset.skeleton.joint_names, model, space) for start in range(0, len(frames), 500)]
+    parts = [
+        inverse_kinematics(frames[start : start + 500].astype(np.float64), dataset.skeleton.joint_names, model, space)
+        for start in range(0, len(frames), 500)
+    ]
     angles, error = (np.concatenate(values) for values in zip(*parts, strict=True))
     good = error < 12.0
-    print(f"{len(frames)} frames; bone directions agree to {error.mean():.1f} degrees on average, {np.percentile(error, 95):.1f} at the 95th percentile; kept {good.sum()}")
+    print(
+        f"{len(frames)} frames; bone directions agree to {error.mean():.1f} degrees on average, {np.percentile(error, 95):.1f} at the 95th percentile; kept {good.sum()}"
+    )
     angles = angles[good]
     unseen = np.array([name.split("_", 1)[-1] in UNSEEN or name in UNSEEN for name in space.names])
     # What was not measured spreads like everyday poses; everything else gets the inverse kinematics' own uncertainty.
@@ -114,9 +121,13 @@ def main() -> None:
     angles = np.concatenate([angles, angles[:, space.mirror] * space.mirror_sign])
     order = rng.permutation(len(angles))
     held = order[: len(order) // 10]
-    mixture = GaussianMixture(arguments.components, covariance_type="full", reg_covar=1e-3, max_iter=300, n_init=2, random_state=arguments.seed)
+    mixture = GaussianMixture(
+        arguments.components, covariance_type="full", reg_covar=1e-3, max_iter=300, n_init=2, random_state=arguments.seed
+    )
     mixture.fit(angles[order[len(held) :]])
-    print(f"log-likelihood per pose: training {mixture.score(angles[order[len(held):]]):.2f}, held out {mixture.score(angles[held]):.2f}; weights {np.round(mixture.weights_, 3)}")
+    print(
+        f"log-likelihood per pose: training {mixture.score(angles[order[len(held) :]]):.2f}, held out {mixture.score(angles[held]):.2f}; weights {np.round(mixture.weights_, 3)}"
+    )
     write_npz(
         arguments.out,
         {
@@ -124,7 +135,9 @@ def main() -> None:
             "means": mixture.means_.astype(np.float32),
             "covariances": mixture.covariances_.astype(np.float32),
             "names": np.asarray(space.names),
-            "source": np.asarray(f"CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; sha256 of cmu_mocap.zip {sha256(archive)}; seed {arguments.seed}; {len(angles)} poses"),
+            "source": np.asarray(
+                f"CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu), free for all uses; sha256 of cmu_mocap.zip {sha256(archive)}; seed {arguments.seed}; {len(angles)} poses"
+            ),
         },
         compress=True,
     )

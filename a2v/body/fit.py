@@ -258,7 +258,8 @@ def _fit_surface(
         if done > 5 and previous - loss < settings.tolerance * abs(previous):
             break
         previous = loss if not first else np.inf
-    return _result(subject, evidence, model, settings, objective, unknowns, "surface", done, report, total, grounded=False)
+    result = _result(subject, evidence, model, settings, objective, unknowns, "surface", done, report, total, grounded=False)
+    return dataclasses.replace(result, camera=camera)
 
 
 def _from_result(result: FitResult, model: AnnyModel) -> Unknowns:

@@ -11,6 +11,7 @@ from a2v.body.collision import LimbBalls
 from a2v.body.landmarks import BLAZEPOSE
 from a2v.body.model import AnnyModel, BodyState
 from a2v.body.pose_space import PoseSpace, pose_space
+from a2v.body.prior import load_pose_prior
 from a2v.body.silhouette import MaskField, rasterize, rim_vertices
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -265,7 +266,7 @@ def _leg(
     leg = pixels[ankle] - pixels[hip]
     straight = bend(pixels) < 15.0
     if usable and np.isfinite(points[[hip, knee, ankle]]).all():
-        straight &= bend(points) < 30.0  # detectors bend straight legs by some twenty degrees
+        straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
     if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
         straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
     upright = abs(leg[0]) < 0.3 * leg[1]
@@ -296,6 +297,7 @@ class Objective:
             known = np.isfinite(evidence.points).all(axis=1)
             self._points = tensor(np.where(known[:, None], evidence.points, 0.0))
             self._points_weights = tensor(np.where(known, evidence.confidence * [_TRUST[name] for name in BLAZEPOSE], 0.0))
+        self._prior = load_pose_prior()
         self._index = {name: index for index, name in enumerate(BLAZEPOSE)}
         self._inner = self._sample_vertices(700)
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
@@ -357,7 +359,10 @@ class Objective:
             along = (landmarks[last, 2] - landmarks[first, 2]) * scale
             square = (along - self._depth).square() / e.height**2
             terms["depth"] = s.depth_weight * (self._depth_weights * geman_mcclure(square, 3.0 * s.depth_sigma)).sum() / s.depth_sigma**2
-        terms["pose"] = s.pose_weight * ((unknowns.angles - self._natural) / self._spread).square().sum()
+        if surface_stage:  # Eq. 18; zero at the likeliest pose
+            terms["pose"] = 2.0 * s.prior_weight * (self._prior.best - self._prior.log_likelihood(unknowns.angles))
+        else:
+            terms["pose"] = s.pose_weight * ((unknowns.angles - self._natural) / self._spread).square().sum()
         low, high = self._limits.unbind(-1)
         beyond = (low - unknowns.angles).clamp(min=0) + (unknowns.angles - high).clamp(min=0)
         terms["limits"] = (beyond / 0.03).square().sum()

@@ -47,7 +47,11 @@ class PosePrior:
                 f"pose prior: weights {self.weights.shape}, means {self.means.shape} and covariances {self.covariances.shape} do not fit together"
             )
         factor = np.linalg.inv(np.linalg.cholesky(self.covariances.astype(np.float64)))
-        constant = np.log(self.weights.astype(np.float64)) - 0.5 * d * np.log(2 * np.pi) + np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+        constant = (
+            np.log(self.weights.astype(np.float64))
+            - 0.5 * d * np.log(2 * np.pi)
+            + np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+        )
         object.__setattr__(self, "_whiten", factor)
         object.__setattr__(self, "_constant", constant)
 

@@ -1,0 +1,63 @@
+"""Synthetic subjects: a random body in a random natural pose, seen by a random camera."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+
+from a2v.body import AnnyModel, load_body_model, make_body
+from a2v.body.pose_space import pose_space
+from a2v.body.silhouette import rasterize
+from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
+from a2v.types import Body, OrthographicCamera, Subject
+
+
+def landmarks_of(model: AnnyModel, body: Body) -> np.ndarray:
+    """The 33 landmarks of a body, metres."""
+    with torch.no_grad():
+        state = model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+        return model.landmarks(state).numpy()
+
+
+def random_body(seed: int, *, spread: float = 0.7, yaw: float | None = None, bend_legs: bool = False) -> Body:
+    """A plausible body and pose, standing on the ground."""
+    rng = np.random.default_rng(seed)
+    model = load_body_model("anny")
+    space = pose_space(model)
+    angles = space.natural + spread * space.spread * rng.normal(size=len(space))
+    for name in space.names:
+        if "knee" in name or "hip_bend" in name:
+            sign = 1.0 if "knee" in name else -1.0
+            angles[space.index(name)] = sign * abs(rng.normal()) * 0.8 if bend_legs and "twist" not in name else 0.0
+    angles = np.clip(angles, space.limits[:, 0], space.limits[:, 1]).astype(np.float32)
+    shape = model.shape_default + rng.normal(size=model.n_shape) * 0.15
+    shape[model.shape_names.index("age")] = 0.67
+    shape[model.shape_names.index("height")] = 0.39 + 0.03 * rng.normal()
+    rotations = space.rotvecs(torch.from_numpy(angles)).numpy()
+    turn = rng.uniform(-0.5, 0.5) if yaw is None else yaw
+    rotations[0] = rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, turn, 0.0])))
+    return make_body(model, rotations, np.clip(shape, model.shape_bounds[:, 0], model.shape_bounds[:, 1]), grounded=True)
+
+
+def subject_of(
+    body: Body, *, depth: bool = True, noise: float = 0.0, seed: int = 0, size: tuple[int, int] = (480, 480)
+) -> tuple[Subject, OrthographicCamera]:
+    """Keypoints (with `noise` in fractions of the height), mask and, if wanted, 3D keypoints of a body."""
+    rng = np.random.default_rng(seed)
+    model = load_body_model("anny")
+    tall = float(np.ptp(body.vertices[:, 1]))
+    camera = OrthographicCamera(scale=0.85 * size[1] / max(tall, 1.6), center_u=size[0] * 0.48, center_v=size[1] * 0.95)
+    mask = rasterize(body.vertices, body.faces, camera, (size[1], size[0]))["mask"]
+    points = landmarks_of(model, body)
+    pixels = camera.project(points) + noise * tall * camera.scale * rng.normal(size=(33, 2))
+    middle = points[[23, 24]].mean(axis=0)
+    points_3d = points - middle + noise * tall * rng.normal(size=points.shape) if depth else np.full_like(points, np.nan)
+    subject = Subject(
+        image=np.full((*mask.shape, 3), 128, np.uint8),
+        mask=mask.astype(np.float32),
+        keypoints=np.concatenate([pixels, np.ones((33, 1))], axis=1).astype(np.float32),
+        keypoints_3d=points_3d.astype(np.float32),
+        crop=(0, 0, size[0], size[1]),
+        photo_size=size,
+    )
+    return subject, camera

@@ -1,0 +1,11 @@
+"""From a photograph to the person in it: decoding, landmarks, mask and crop.
+
+`decode_photo` turns bytes into upright pixels, `find_person` turns pixels into a `a2v.types.Subject`, and
+`read_openpose` brings landmarks of another detector. Nothing is downloaded: the detector is mediapipe with the models of its wheel.
+"""
+
+from a2v.perception.landmarks import LANDMARKS, read_openpose
+from a2v.perception.person import PerceptionSettings, find_person
+from a2v.perception.photo import MAX_PIXELS, MIN_SIDE, decode_mask, decode_photo
+
+__all__ = ["LANDMARKS", "MAX_PIXELS", "MIN_SIDE", "PerceptionSettings", "decode_mask", "decode_photo", "find_person", "read_openpose"]

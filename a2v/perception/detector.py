@@ -1,0 +1,192 @@
+"""People in a picture by mediapipe, which finds one person at a time."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.types import BoolArray, ByteArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Detection:
+    """One person that mediapipe found.
+
+    Attributes
+    ----------
+    keypoints : (33, 3) float32
+        u, v in pixels of the picture, confidence in [0, 1].
+    keypoints_3d : (33, 3) float32
+        Metres, relative to the middle of the hips, y up, +z towards the camera.
+    mask : (H, W) float32
+        Probability of the person, resolution of the picture.
+    """
+
+    keypoints: FloatArray
+    keypoints_3d: FloatArray
+    mask: FloatArray
+
+    @property
+    def area(self) -> float:
+        """Size of the person: pixels of the mask."""
+        return float((self.mask > 0.5).sum())
+
+    def scaled(self, scale: float, offset: tuple[float, float], size: tuple[int, int]) -> Detection:
+        """The same person where a pixel p of this picture is ``p * scale + offset`` of one of `size` (width, height)."""
+        import cv2
+
+        keypoints = self.keypoints.copy()
+        keypoints[:, :2] = keypoints[:, :2] * scale + np.asarray(offset, np.float32)
+        placed = np.zeros((size[1], size[0]), np.float32)
+        # warpAffine counts from the centre of the first pixel, we from its corner
+        shift = np.asarray(offset) + (scale - 1) / 2
+        matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float64)
+        cv2.warpAffine(self.mask, matrix, size, dst=placed, flags=cv2.INTER_LINEAR)
+        return Detection(keypoints, self.keypoints_3d, placed)
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Send the process's stderr to nowhere: mediapipe's C++ logs there past every Python setting."""
+    sys.stderr.flush()
+    saved = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(nowhere)
+
+
+class Detector:
+    """Mediapipe's pose graph with the bundled models (complexity 1); use as a context manager.
+
+    Parameters
+    ----------
+    confidence : float
+        Least confidence of a detection, in (0, 1).
+    """
+
+    def __init__(self, confidence: float = 0.5) -> None:
+        self.confidence = confidence
+        self._graph: Any = None
+
+    def __enter__(self) -> Detector:
+        os.environ.setdefault("GLOG_minloglevel", "3")
+        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+        with _silenced():
+            import mediapipe as mp
+
+            self._graph = mp.solutions.pose.Pose(
+                static_image_mode=True, model_complexity=1, enable_segmentation=True, min_detection_confidence=self.confidence
+            )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with _silenced():
+            self._graph.close()
+
+    def one(self, picture: ByteArray) -> Detection | None:
+        """The most conspicuous person of `picture` (H, W, 3) uint8, or None."""
+        height, width = picture.shape[:2]
+        with _silenced():
+            result = self._graph.process(np.ascontiguousarray(picture))
+        if result.pose_landmarks is None or result.segmentation_mask is None:
+            return None
+        keypoints = np.array([[p.x * width, p.y * height, p.visibility] for p in result.pose_landmarks.landmark], np.float32)
+        outside = (keypoints[:, :2] < 0).any(axis=1) | (keypoints[:, 0] > width) | (keypoints[:, 1] > height)
+        keypoints[:, 2] = np.clip(np.where(outside, np.minimum(keypoints[:, 2], 0.3), keypoints[:, 2]), 0, 1)
+        world = np.array([[p.x, -p.y, -p.z] for p in result.pose_world_landmarks.landmark], np.float32)
+        mask = np.clip(np.asarray(result.segmentation_mask, np.float32), 0, 1)
+        detection = Detection(keypoints, world, mask)
+        return detection if _is_plausible(detection) else None
+
+    def people(self, picture: ByteArray, *, limit: int = 5) -> list[Detection]:
+        """Several people of `picture` (H, W, 3) uint8, largest first.
+
+        Each person found is painted over before the next search, first in the whole picture and then, while nobody
+        was found, in overlapping tiles of a half and of a quarter of its longer side (small people in large photos).
+        """
+        found = self._search(picture, limit)
+        height, width = picture.shape[:2]
+        for part in (2, 4):
+            side = max(height, width) // part
+            if found or side < 96:
+                break
+            for top in _starts(height, side):
+                for left in _starts(width, side):
+                    tile = picture[top : top + side, left : left + side]
+                    for person in self._search(tile, 2):
+                        placed = person.scaled(1.0, (left, top), (width, height))
+                        if not any(_overlap(placed.mask > 0.5, other.mask > 0.5) > 0.3 for other in found):
+                            found.append(placed)
+        return sorted(found, key=lambda person: -person.area)
+
+    def _search(self, picture: ByteArray, limit: int) -> list[Detection]:
+        import cv2
+
+        found: list[Detection] = []
+        rest = picture
+        taken = np.zeros(picture.shape[:2], bool)
+        while len(found) < limit:
+            person = self.one(rest)
+            if person is None:
+                break
+            body = person.mask > 0.5
+            if (body & taken).sum() > 0.3 * body.sum():  # the ghost of somebody painted over
+                break
+            found.append(person)
+            grown = cv2.dilate((person.mask > 0.2).astype(np.uint8), np.ones((9, 9), np.uint8)).astype(bool)
+            taken |= grown
+            rest = _paint_over(rest, grown)
+        return found
+
+
+def _starts(length: int, side: int) -> list[int]:
+    if length <= side:
+        return [0]
+    count = int(np.ceil((length - side) / (side / 2))) + 1
+    return [int(round(start)) for start in np.linspace(0, length - side, count)]
+
+
+def _overlap(a: BoolArray, b: BoolArray) -> float:
+    return float((a & b).sum() / max(1, min(int(a.sum()), int(b.sum()))))
+
+
+def _paint_over(picture: ByteArray, region: BoolArray) -> ByteArray:
+    """Fill `region` with strongly blurred surroundings, so that no figure remains."""
+    import cv2
+
+    height, width = picture.shape[:2]
+    kernel = (max(3, (width // 4) | 1), max(3, (height // 4) | 1))
+    weight = cv2.blur((~region).astype(np.float32), kernel)
+    around = cv2.blur(np.where(region[..., None], 0, picture).astype(np.float32), kernel)
+    known = picture[~region]
+    mean = known.mean(axis=0) if len(known) else np.full(3, 128.0)
+    fill = np.where(weight[..., None] > 1e-3, around / np.maximum(weight, 1e-3)[..., None], mean)
+    return np.where(region[..., None], np.clip(fill, 0, 255), picture).astype(np.uint8)
+
+
+def _is_plausible(person: Detection) -> bool:
+    """Whether the landmarks and the mask speak of the same figure (mediapipe now and then sees one in a texture)."""
+    height, width = person.mask.shape
+    if person.area < 0.001 * height * width:
+        return False
+    sure = person.keypoints[person.keypoints[:, 2] > 0.5]
+    if len(sure) < 8:
+        return False
+    columns = np.clip(sure[:, 0].astype(int), 0, width - 1)
+    rows = np.clip(sure[:, 1].astype(int), 0, height - 1)
+    import cv2
+
+    reach = max(3, int(0.05 * np.ptp(sure[:, 1]))) | 1
+    grown = cv2.dilate((person.mask > 0.4).astype(np.uint8), np.ones((reach, reach), np.uint8))
+    return bool(grown[rows, columns].mean() > 0.6)

@@ -1,0 +1,348 @@
+"""The person in a photo: landmarks, mask, crop, and what the user should be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.perception.landmarks import INDEX, LANDMARKS, LIMBS
+from a2v.types import BoolArray, ByteArray, FloatArray, Subject
+
+
+@dataclass(frozen=True)
+class PerceptionSettings:
+    """How the person is found.
+
+    Attributes
+    ----------
+    confidence : float
+        Least confidence of a detection, in (0, 1).
+    max_side : int
+        Longer side of the crop at most, pixels; larger crops are reduced.
+    margin : float
+        Border of the crop around the person, fraction of the person's longer side.
+    refine : bool
+        Refine the detector's mask at full resolution (a mask of the user's is never changed).
+    band : float
+        How far refinement may move the mask's contour, fraction of the person's height.
+    """
+
+    confidence: float = 0.5
+    max_side: int = 2048
+    margin: float = 0.1
+    refine: bool = True
+    band: float = 0.015
+
+    def __post_init__(self) -> None:
+        if not 0 < self.confidence < 1:
+            raise InputError(f"confidence is {self.confidence}; expected a number between 0 and 1")
+        if not 256 <= self.max_side <= 2048:
+            raise InputError(f"max_side is {self.max_side}; expected 256 to 2048 pixels")
+        if not 0 <= self.margin <= 1:
+            raise InputError(f"margin is {self.margin}; expected 0 to 1")
+        if not 0 < self.band <= 0.1:
+            raise InputError(f"band is {self.band}; expected more than 0 and at most 0.1")
+
+
+def find_person(
+    photo: ByteArray,
+    *,
+    mask: FloatArray | BoolArray | ByteArray | None = None,
+    keypoints: FloatArray | None = None,
+    settings: PerceptionSettings | None = None,
+) -> Subject:
+    """Find the largest person of a photo.
+
+    Parameters
+    ----------
+    photo : (H, W, 3) or (H, W, 4) uint8
+        Upright, as `a2v.perception.decode_photo` gives it. An alpha channel with at least 2 % transparent
+        pixels is taken as the mask.
+    mask : (H, W) bool, uint8 or float in [0, 1], optional
+        The person's mask by the user; wins over the alpha channel.
+    keypoints : (33, 3), optional
+        Landmarks in pixels of the photo (`a2v.perception.read_openpose`); win over the detector's.
+    settings : PerceptionSettings, optional
+
+    Returns
+    -------
+    Subject
+
+    Raises
+    ------
+    InputError
+        Nobody found, or mask or keypoints that do not fit the photo.
+    """
+    settings = settings or PerceptionSettings()
+    if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
+        raise InputError(f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)")
+    height, width = photo.shape[:2]
+    given_mask = _check_mask(mask, height, width)
+    if given_mask is None and photo.shape[2] == 4:
+        alpha = photo[..., 3]
+        clear = float((alpha < 128).mean())
+        if clear >= 0.02:  # less is a cut corner, not a cut-out person
+            if clear > 0.9999:
+                raise InputError("the photo is transparent everywhere; expected a person in it")
+            given_mask = alpha.astype(np.float32) / 255
+    given_points = _check_keypoints(keypoints, height, width)
+    rgb = photo[..., :3]
+
+    warnings: list[str] = []
+    points, points_3d, rough, others = _locate(rgb, given_mask, given_points, settings, warnings)
+
+    crop = _crop_box(rough, points, (width, height), settings.margin)
+    left, top, right, bottom = crop
+    scale = min(1.0, settings.max_side / max(right - left, bottom - top))
+    size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
+    image = _resize(rgb[top:bottom, left:right], size)
+    alpha_crop = _resize(rough[top:bottom, left:right], size)
+    points = points.copy()
+    points[:, 0] = (points[:, 0] - left) * (size[0] / (right - left))
+    points[:, 1] = (points[:, 1] - top) * (size[1] / (bottom - top))
+
+    if given_mask is None:
+        if settings.refine:
+            from a2v.perception.matting import refine_mask
+
+            if others is not None:
+                alpha_crop = alpha_crop * (1 - _resize(others[top:bottom, left:right].astype(np.float32), size))
+            tall = float(np.ptp(np.nonzero(alpha_crop > 0.5)[0]) + 1) if (alpha_crop > 0.5).any() else 1.0
+            alpha_crop = refine_mask(image, alpha_crop, height=tall, band=settings.band)
+    else:
+        from a2v.perception.matting import keep_soft
+
+        alpha_crop = keep_soft(alpha_crop)
+    if (alpha_crop > 0.5).sum() < 64:
+        raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
+    warnings += _warn(alpha_crop, points, points_3d, crop, (width, height))
+    return Subject(
+        image=np.ascontiguousarray(image),
+        mask=np.clip(alpha_crop, 0, 1).astype(np.float32),
+        keypoints=points.astype(np.float32),
+        keypoints_3d=points_3d.astype(np.float32),
+        crop=crop,
+        photo_size=(width, height),
+        warnings=tuple(warnings),
+        provenance={
+            "detector": "mediapipe pose, complexity 1",
+            "mask": "given" if given_mask is not None else "detector, refined" if settings.refine else "detector",
+            "keypoints": "given" if given_points is not None else "detector",
+        },
+    )
+
+
+def _check_mask(mask: FloatArray | BoolArray | ByteArray | None, height: int, width: int) -> FloatArray | None:
+    if mask is None:
+        return None
+    if mask.shape != (height, width):
+        got = f"{mask.shape[1]} x {mask.shape[0]}" if mask.ndim == 2 else str(mask.shape)
+        raise InputError(f"the mask has {got} pixels; expected the photo's {width} x {height}")
+    values = mask.astype(np.float32) / (255 if mask.dtype == np.uint8 else 1)
+    if not np.isfinite(values).all() or values.min() < 0 or values.max() > 1:
+        raise InputError("the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)")
+    from a2v.perception.matting import keep_person
+
+    if not (values > 0.5).any():
+        raise InputError("the mask is empty; expected white where the person is")
+    return np.where(keep_person(values > 0.5) | (values <= 0.5), values, 0).astype(np.float32)
+
+
+def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> FloatArray | None:
+    if keypoints is None:
+        return None
+    points = np.asarray(keypoints, np.float32)
+    if points.shape != (len(LANDMARKS), 3) or not np.isfinite(points).all():
+        raise InputError(f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)")
+    points = points.copy()
+    points[:, 2] = np.clip(points[:, 2], 0, 1)
+    inside = (points[:, :2] >= 0).all(axis=1) & (points[:, 0] <= width) & (points[:, 1] <= height)
+    points[~inside, 2] = np.minimum(points[~inside, 2], 0.3)
+    if (inside & (points[:, 2] > 0.1)).sum() < 4:
+        raise InputError(f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?")
+    return points
+
+
+_NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
+
+
+def _locate(
+    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, settings: PerceptionSettings, warnings: list[str]
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray | None]:
+    """Landmarks, their 3D positions, the (rough) mask, and the mask of other people, all in the photo's pixels."""
+    from a2v.perception.detector import Detector
+
+    height, width = rgb.shape[:2]
+    unknown_3d = np.full((len(LANDMARKS), 3), np.nan, np.float32)
+    others: BoolArray | None = None
+    with Detector(settings.confidence) as detector:
+        if mask is not None or keypoints is not None:
+            # the user says where the person is: look only there
+            hint = mask if mask is not None else _thicken(keypoints, height, width)  # type: ignore[arg-type]
+            box = _crop_box(hint, keypoints if keypoints is not None else None, (width, height), 0.15)
+            person = _detect_in(detector, rgb, box, hint if mask is not None else None)
+            if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
+                person = None
+            if person is None and keypoints is None:
+                raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
+            points = keypoints if keypoints is not None else person.keypoints  # type: ignore[union-attr]
+            points_3d = person.keypoints_3d if person is not None else unknown_3d
+            rough = mask if mask is not None else person.mask if person is not None else hint
+            return points, points_3d, rough, None
+
+        reduced, scale = _reduce(rgb, 1280)
+        people = detector.people(reduced)
+        if not people:
+            raise InputError(_NOBODY)
+        best = people[0].scaled(scale, (0.0, 0.0), (width, height))
+        big = [person for person in people[1:] if person.area > 0.15 * people[0].area]
+        if big:
+            warnings.append(f"{len(big) + 1} people are in the photo; the largest is used (give --mask to choose another)")
+            union = np.max([person.mask for person in people[1:]], axis=0) > 0.5
+            others = (_resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
+        # once more on the person alone: landmarks and mask gain resolution
+        box = _crop_box(best.mask, best.keypoints, (width, height), 0.2)
+        closer = _detect_in(detector, rgb, box, None, others)
+        if closer is not None and _agree(closer.keypoints, best.keypoints):
+            best = closer
+    return best.keypoints, best.keypoints_3d, best.mask, others
+
+
+def _detect_in(detector, rgb, box, mask, others=None):  # type: ignore[no-untyped-def]
+    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask is neutralised."""
+    import cv2
+
+    left, top, right, bottom = box
+    height, width = rgb.shape[:2]
+    tile = rgb[top:bottom, left:right]
+    if mask is not None:
+        cover = cv2.GaussianBlur(mask[top:bottom, left:right], (0, 0), max(1.0, 0.004 * max(tile.shape[:2])))
+        opacity = np.maximum(cover, mask[top:bottom, left:right])[..., None]
+        tile = (tile * opacity + 160 * (1 - opacity)).astype(np.uint8)
+    elif others is not None:
+        tile = np.where(others[top:bottom, left:right, None], 160, tile).astype(np.uint8)
+    reduced, scale = _reduce(tile, 1024)
+    person = detector.one(reduced)
+    return None if person is None else person.scaled(scale, (left, top), (width, height))
+
+
+def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
+    """Reduce to a longer side of at most `side`; also the factor that leads back."""
+    longest = max(picture.shape[:2])
+    if longest <= side:
+        return np.ascontiguousarray(picture), 1.0
+    scale = longest / side
+    size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))
+    return _resize(picture, size), scale
+
+
+def _resize(picture, size):  # type: ignore[no-untyped-def]
+    import cv2
+
+    if (picture.shape[1], picture.shape[0]) == size:
+        return picture
+    shrink = size[0] < picture.shape[1]
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA if shrink else cv2.INTER_LINEAR)
+
+
+def _agree(a: FloatArray, b: FloatArray) -> bool:
+    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's extent."""
+    both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
+    if both.sum() < 4:
+        return False
+    extent = float(np.ptp(b[both, :2], axis=0).max())
+    return bool(np.median(np.linalg.norm(a[both, :2] - b[both, :2], axis=1)) < 0.08 * extent)
+
+
+def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
+    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled trunk."""
+    import cv2
+
+    canvas = np.zeros((height, width), np.uint8)
+    seen = keypoints[:, 2] > 0.1
+    extent = float(np.ptp(keypoints[seen, :2], axis=0).max())
+    thick = max(2, round(0.07 * extent))
+    for first, second in LIMBS:
+        a, b = INDEX[first], INDEX[second]
+        if seen[a] and seen[b]:
+            ends = [tuple(int(round(x)) for x in keypoints[i, :2]) for i in (a, b)]
+            cv2.line(canvas, ends[0], ends[1], 255, thick)
+    trunk = [INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
+    if seen[trunk].all():
+        cv2.fillConvexPoly(canvas, np.round(keypoints[trunk, :2]).astype(np.int32), 255)
+    face = [i for i in range(11) if seen[i]]
+    if face:
+        middle = keypoints[face, :2].mean(axis=0)
+        cv2.circle(canvas, (int(middle[0]), int(middle[1])), max(2, round(0.075 * extent)), 255, -1)
+    return canvas.astype(np.float32) / 255
+
+
+def _crop_box(mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float) -> tuple[int, int, int, int]:
+    """Left, top, right, bottom around mask and landmarks with a border, inside the photo."""
+    rows, columns = np.nonzero(mask > 0.5)
+    boxes = [(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)] if len(rows) else []
+    if keypoints is not None:
+        seen = keypoints[keypoints[:, 2] > 0.5, :2]
+        if len(seen):
+            boxes.append((*np.clip(seen.min(axis=0), 0, size), *np.clip(seen.max(axis=0), 0, size)))
+    if not boxes:
+        raise InputError(_NOBODY)
+    low = np.min([box[:2] for box in boxes], axis=0)
+    high = np.max([box[2:] for box in boxes], axis=0)
+    border = margin * float((high - low).max()) + 2
+    left, top = (max(0, int(np.floor(x - border))) for x in low)
+    right, bottom = (min(limit, int(np.ceil(x + border))) for x, limit in zip(high, size, strict=True))
+    return left, top, max(right, left + 1), max(bottom, top + 1)
+
+
+def _warn(
+    alpha: FloatArray, points: FloatArray, points_3d: FloatArray, crop: tuple[int, int, int, int], size: tuple[int, int]
+) -> list[str]:
+    """What the user should expect of this photo."""
+    messages: list[str] = []
+    solid = alpha > 0.5
+    rows = np.nonzero(solid.any(axis=1))[0]
+    tall = rows[-1] - rows[0] + 1
+    conf = points[:, 2]
+
+    def touches(line: BoolArray) -> bool:
+        return bool(line.sum() > max(3.0, 0.02 * tall))
+
+    at_bottom = crop[3] >= size[1] and touches(solid[-2:].any(axis=0))
+    feet = [INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")]
+    feet_out = (points[feet, 1] > alpha.shape[0]).any() and crop[3] >= size[1]
+    if feet_out or (at_bottom and conf[feet].max() < 0.9):
+        messages.append("the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off")
+    elif at_bottom:
+        messages.append("the person touches the photo's lower edge: feet may be cut off")
+    if crop[1] <= 0 and (touches(solid[:2].any(axis=0)) or points[INDEX["nose"], 1] < 0):
+        messages.append("the head is cut off by the photo's upper edge: it is guessed from the body model")
+    if (crop[0] <= 0 and touches(solid[:, :2].any(axis=1))) or (crop[2] >= size[0] and touches(solid[:, -2:].any(axis=1))):
+        messages.append("the person is cut off by the photo's side: what lies outside is guessed")
+
+    left, right = INDEX["left_shoulder"], INDEX["right_shoulder"]
+    across = points_3d[left] - points_3d[right]
+    if np.isfinite(across).all():
+        yaw = float(np.degrees(np.arctan2(-across[2], across[0])))
+    else:
+        hips = points[[INDEX["left_hip"], INDEX["right_hip"]], :2].mean(axis=0)
+        trunk = float(np.linalg.norm(points[[left, right], :2].mean(axis=0) - hips)) or 1.0
+        flat = float(points[left, 0] - points[right, 0]) / trunk
+        yaw = float(np.degrees(np.arccos(np.clip(flat / 0.75, -1, 1))))
+    if abs(yaw) > 115:
+        messages.append("the person is turned away from the camera: the unseen front, face included, is guessed")
+    elif abs(yaw) > 50:
+        messages.append("the person stands sideways: the far arm and the far half are guessed; a photo from the front works better")
+
+    hidden = []
+    for side in ("left", "right"):
+        elbow, wrist = INDEX[f"{side}_elbow"], INDEX[f"{side}_wrist"]
+        if min(conf[elbow], conf[wrist]) < 0.5:
+            hidden.append(side)
+    if hidden:
+        messages.append(f"the {' and '.join(hidden)} arm is hidden or outside the photo: its pose is guessed")
+    if tall * max(1.0, (crop[3] - crop[1]) / alpha.shape[0]) < 256:
+        messages.append(f"the person is only {tall} pixels tall: expect a soft texture and a coarse shape (400 pixels or more work well)")
+    return messages

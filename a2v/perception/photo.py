@@ -1,0 +1,133 @@
+"""Decoding of photos and masks: bounded, upright, always 8 bits of sRGB."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.types import ByteArray, FloatArray
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+MIN_SIDE = 128
+"""Smallest width and height of a photo, pixels."""
+MAX_PIXELS = 60_000_000
+"""Largest photo, pixels; checked on the header, before anything is decoded."""
+MAX_BYTES = 512 << 20
+"""Largest encoded photo, bytes."""
+
+_FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "MPO", "JPEG2000", "AVIF")  # none of these starts another program
+
+
+def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
+    """Decode an encoded photo to upright 8-bit sRGB.
+
+    Grey, palette, CMYK, 16-bit and float images are converted; an embedded colour profile is applied; EXIF
+    orientation is applied; of an animation the first frame is taken.
+
+    Parameters
+    ----------
+    data : bytes
+        The file's content (JPEG, PNG, WebP, TIFF, BMP, GIF, PPM).
+    name : str
+        What error messages call it, usually the file's name.
+
+    Returns
+    -------
+    (H, W, 3) uint8, or (H, W, 4) where the photo has an alpha channel that is not opaque everywhere; row 0 is the top.
+
+    Raises
+    ------
+    InputError
+        No image, damaged or truncated, under `MIN_SIDE` or over `MAX_PIXELS`.
+    """
+    pixels = _decode(data, name, minimum=MIN_SIDE)
+    if pixels.shape[2] == 4 and (pixels[..., 3] == 255).all():
+        pixels = pixels[..., :3]
+    return np.ascontiguousarray(pixels)
+
+
+def decode_mask(data: bytes, name: str = "mask") -> FloatArray:
+    """Decode an encoded mask to (H, W) float32 in [0, 1]: its alpha channel where it has one, else its brightness.
+
+    Raises
+    ------
+    InputError
+        As `decode_photo`.
+    """
+    pixels = _decode(data, name, minimum=1)
+    if pixels.shape[2] == 4 and (pixels[..., 3] != 255).any():
+        return pixels[..., 3].astype(np.float32) / np.float32(255)
+    return pixels[..., :3].max(axis=2).astype(np.float32) / np.float32(255)
+
+
+def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
+    from PIL import Image, ImageOps
+
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise TypeError(f"decode_photo takes the file's bytes, not {type(data).__name__}")
+    if len(data) == 0:
+        raise InputError(f"{name} is empty (0 bytes); expected a JPEG, PNG or WebP photo")
+    if len(data) > MAX_BYTES:
+        raise InputError(f"{name} has {len(data) >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
+    too_large = f"expected at most {MAX_PIXELS // 1_000_000} megapixels; shrink the photo first"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of sizes that are refused below anyway, and of odd metadata
+        try:
+            image: Image = Image.open(io.BytesIO(data), formats=_FORMATS)
+        except Image.DecompressionBombError:
+            raise InputError(f"{name} is far too large; {too_large}") from None
+        except Exception:  # Pillow's plug-ins raise many kinds for damaged headers
+            raise InputError(f"{name} is not an image that can be read; expected a JPEG, PNG or WebP photo") from None
+        width, height = image.size
+        if width * height > MAX_PIXELS:
+            raise InputError(f"{name} has {width} x {height} pixels; {too_large}")
+        if min(width, height) < minimum:
+            raise InputError(f"{name} has {width} x {height} pixels; expected at least {minimum} on each side; use a larger photo")
+        try:
+            image.load()
+            return _to_bytes(ImageOps.exif_transpose(_to_srgb(image)))
+        except (MemoryError, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            raise InputError(f"{name} is damaged or truncated ({error}); copy or export the photo again") from None
+
+
+def _to_srgb(image: Image) -> Image:
+    """Apply an embedded profile (phones save Display P3, print shops CMYK); a broken profile is ignored."""
+    from PIL import ImageCms
+
+    profile = image.info.get("icc_profile")
+    if not profile or image.mode not in ("RGB", "RGBA", "CMYK"):
+        return image
+    try:
+        source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+        mode = "RGBA" if image.mode == "RGBA" else "RGB"
+        converted = ImageCms.profileToProfile(image, source, ImageCms.createProfile("sRGB"), outputMode=mode)
+    except (ImageCms.PyCMSError, OSError, ValueError):
+        return image
+    if converted is None:
+        return image
+    converted.info = {key: value for key, value in image.info.items() if key != "icc_profile"}
+    converted.getexif().update(image.getexif())
+    return converted
+
+
+def _to_bytes(image: Image) -> ByteArray:
+    if image.mode in ("I", "F") or image.mode.startswith("I;16"):
+        values = np.asarray(image, dtype=np.float32)
+        if not np.isfinite(values).all():
+            raise ValueError("it holds NaN or infinite values")
+        if image.mode == "F":
+            top = 1.0 if values.max(initial=0) <= 1 else 255.0 if values.max() <= 255 else 65535.0
+        else:
+            top = 255.0 if image.mode == "I" and values.max(initial=0) <= 255 else 65535.0
+        grey = (np.clip(values / np.float32(top), 0, 1) * 255 + 0.5).astype(np.uint8)
+        return np.repeat(grey[..., None], 3, axis=2)
+    alpha = image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info
+    return np.asarray(image.convert("RGBA" if alpha else "RGB"))

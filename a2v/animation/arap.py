@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from a2v.animation.deform import blended_matrices, control_points, nearest_rotations
+from a2v.animation.deform import blended_matrices, control_points, skinning_matrices
 from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian
+from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
 from a2v.types import Character, FloatArray, IntArray
 
@@ -103,66 +103,27 @@ class ArapSolver:
         turn = np.tile(np.eye(3), (count, 1, 1)) if rotations is None else np.array(rotations, dtype=np.float64)
         pull = self.control[:, None] * np.where(self.control[:, None] > 0, targets, 0.0)
         energies: list[float] = []
-        x = None if start is None else np.asarray(start, dtype=np.float64)
-        for _ in range(max(1, iterations)):
-            if x is not None:
-                turn = self._rotations(x, turn)
+        moments = None if start is None else self._moments(np.asarray(start, dtype=np.float64))
+        while True:
+            if moments is not None:
+                turn = rotations_of(moments, turn, steps=3)
             x = self._factor.solve(self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull)
-            energies.append(self.energy(x, turn, targets))
-            if len(energies) > 1 and energies[-2] - energies[-1] <= tolerance * max(energies[-2], 1e-12 * self._constant):
-                break
-        assert x is not None  # the loop runs at least once
-        return ArapResult(x, tuple(energies), len(energies))
+            moments = self._moments(x)
+            energies.append(self._energy(x, turn, moments, targets))
+            fall = energies[-2] - energies[-1] if len(energies) > 1 else np.inf
+            if len(energies) >= iterations or fall <= tolerance * max(energies[-1], 1e-12 * self._constant):
+                return ArapResult(x, tuple(energies), len(energies))
 
-    def energy(self, x: FloatArray, turn: FloatArray, targets: FloatArray) -> float:
-        """Value of the objective for positions (V, 3) and rotations (V, 3, 3)."""
-        covariance = (self._covariance @ x).reshape(-1, 3, 3)
-        stretch = float((x * (self._laplacian @ x)).sum()) + self._constant
-        rigid = stretch - 2 * float((np.swapaxes(turn, 1, 2) * covariance).sum())
+    def _moments(self, x: FloatArray) -> FloatArray:
+        """Matrices (V, 3, 3): sum over neighbours of k (x_i - x_j) (s_i - s_j)^T."""
+        return np.swapaxes((self._covariance @ x).reshape(-1, 3, 3), 1, 2)
+
+    def _energy(self, x: FloatArray, turn: FloatArray, moments: FloatArray, targets: FloatArray) -> float:
+        # sum k |x_i - x_j|^2 = sum_i x_i . sum_j 2 k (x_i - x_j)
+        stretch = float(np.vdot(x, self._laplacian @ x)) + self._constant
+        rigid = stretch - 2 * float(np.vdot(turn, moments))
         gap = np.where(self.control[:, None] > 0, x - targets, 0.0)
         return max(rigid, 0.0) + float((self.control[:, None] * gap**2).sum())
-
-    def _rotations(self, x: FloatArray, turn: FloatArray) -> FloatArray:
-        """Best rotations (V, 3, 3) for positions x, starting from `turn`."""
-        covariance = np.swapaxes((self._covariance @ x).reshape(-1, 3, 3), 1, 2)  # columns: sum_j k (x_i - x_j) s_a
-        return rotations_of(covariance, turn)
-
-
-def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> FloatArray:
-    """Rotations (N, 3, 3) maximising trace(R^T A) for A (N, 3, 3), from a first guess near the solution.
-
-    Each step turns R about omega = sum_k R_k x A_k / |sum_k R_k . A_k| (Mueller, Bender, Chentanez, Macklin 2016); a step that
-    does not improve (far guesses, flat neighbourhoods seen from behind) falls back to the decomposition for that vertex.
-    """
-    a = np.ascontiguousarray(np.moveaxis(matrices, 0, -1))  # (3, 3, N): long contiguous rows
-    r = np.ascontiguousarray(np.moveaxis(start, 0, -1))
-    for _ in range(steps):
-        w = np.stack(
-            [sum(r[(c + 1) % 3, k] * a[(c + 2) % 3, k] - r[(c + 2) % 3, k] * a[(c + 1) % 3, k] for k in range(3)) for c in range(3)]
-        )
-        fit = np.abs((r * a).sum((0, 1))) + 1e-20
-        w /= fit
-        angle = np.sqrt((w * w).sum(0))
-        far = angle > 2.0
-        if far.any():
-            w[:, far] *= 2.0 / angle[far]
-            angle = np.minimum(angle, 2.0)
-        half = 0.5 * angle
-        sinc = np.where(angle > 1e-8, np.sin(half) / np.maximum(angle, 1e-8), 0.5)
-        q0, (q1, q2, q3) = np.cos(half), w * sinc
-        step = (
-            (1 - 2 * (q2 * q2 + q3 * q3), 2 * (q1 * q2 - q0 * q3), 2 * (q1 * q3 + q0 * q2)),
-            (2 * (q1 * q2 + q0 * q3), 1 - 2 * (q1 * q1 + q3 * q3), 2 * (q2 * q3 - q0 * q1)),
-            (2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1), 1 - 2 * (q1 * q1 + q2 * q2)),
-        )
-        r = np.stack([step[c][0] * r[0] + step[c][1] * r[1] + step[c][2] * r[2] for c in range(3)])
-        if float(angle.max(initial=0.0)) < 1e-7:
-            break
-    result = np.ascontiguousarray(np.moveaxis(r, -1, 0))
-    lost = np.flatnonzero(((r * a).sum((0, 1)) <= 0) | (angle > 0.3))
-    if len(lost):
-        result[lost] = nearest_rotations(matrices[lost])
-    return result
 
 
 class ArapDeformer:
@@ -183,7 +144,7 @@ class ArapDeformer:
         Stop when the energy falls by less than this fraction.
     """
 
-    def __init__(self, character: Character, *, control: float = 0.05, iterations: int = 4, tolerance: float = 1e-3):
+    def __init__(self, character: Character, *, control: float = 0.05, iterations: int = 4, tolerance: float = 1e-2):
         if not control > 0:
             raise InputError(f"control is {control}; expected a positive weight")
         self.character, self.iterations, self.tolerance = character, iterations, tolerance
@@ -207,7 +168,5 @@ class ArapDeformer:
 
 def _guess(character: Character, bone_transforms: FloatArray) -> FloatArray:
     """Rotation (V, 3, 3) of each vertex's strongest bone."""
-    inverse = np.linalg.inv(character.body.bone_transforms.astype(np.float64))[:, :3, :3]
-    turns: Any = bone_transforms[:, :3, :3].astype(np.float64) @ inverse
-    guess: FloatArray = turns[character.bones[:, 0]]
+    guess: FloatArray = skinning_matrices(character, bone_transforms)[character.bones[:, 0], :3, :3]
     return guess

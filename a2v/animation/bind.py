@@ -31,7 +31,7 @@ class BindSettings:
         rather than from its own nearest body vertex.
     """
 
-    neighbors: int = 48
+    neighbors: int = 24
     normal_weight: float = 0.04
     part_smoothing: float = 0.02
     weight_smoothing: float = 0.015
@@ -75,13 +75,13 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     present = np.unique(labels)
     cost = np.full((len(vertices), len(present)), np.inf)
     best = np.zeros((len(vertices), len(present)), dtype=np.int64)
-    tree_distance = cKDTree(body_vertices).query(vertices)[0]
+    tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
     if float(np.median(tree_distance)) > 0.5:
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
     for column, part in enumerate(present):  # the best vertex of each part, so that no part hides another
         members = np.flatnonzero(labels == part)
-        distance, index = cKDTree(body_vertices[members]).query(vertices, k=min(count, len(members)))
-        distance, index = distance.reshape(len(vertices), -1), members[index.reshape(len(vertices), -1)]
+        found = cKDTree(body_vertices[members]).query(vertices, k=min(count, len(members)))
+        distance, index = np.reshape(found[0], (len(vertices), -1)), members[np.reshape(found[1], (len(vertices), -1))]
         agreement = np.einsum("va,vka->vk", normals, body_normals[index])
         total = distance + settings.normal_weight * 0.5 * (1 - agreement)
         pick = total.argmin(axis=1)

@@ -36,6 +36,8 @@ UNITS: dict[str, float] = {
 }
 """Metres of one unit of length, by name; CMU's skeletons are in inches divided by 0.45."""
 
+_SAME_TURN = 2e-5  # radians: bones that agree so well share one joint
+
 _ROTATION = {"Xrotation": 0, "Yrotation": 1, "Zrotation": 2}
 _POSITION = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 
@@ -641,8 +643,9 @@ def _plan(motion: Motion) -> list[_Out]:
     # exact turns for the joints' positions: rest direction to the bone's very direction
     unit = vectors / np.maximum(lengths[..., None], 1e-12)
     turned = np.einsum("tjab,jb->tja", turns, directions)[:, 1:]
-    target = np.where(lengths[:, 1:, None] > 1e-9, unit[:, 1:], turned)
-    turns[:, 1:] = rotvec_to_rotmat(swing_between(turned, target)) @ turns[:, 1:]
+    # (only where it matters: correcting rounding would set siblings against each other)
+    off = np.linalg.norm(turned * lengths[:, 1:, None] - vectors[:, 1:], axis=-1, keepdims=True) > 2e-6
+    turns[:, 1:] = rotvec_to_rotmat(swing_between(turned, np.where(off, unit[:, 1:], turned))) @ turns[:, 1:]
     out: list[_Out] = []
     world: list[FloatArray] = []
 
@@ -660,14 +663,14 @@ def _plan(motion: Motion) -> list[_Out]:
             turn = turns[:, joint]
         else:
             spread = max(float(np.abs(turns[:, c] - turns[:, below[0]]).max()) for c in below)
-            turn = turns[:, below[0]] if spread < 1e-6 else _fit_turn(directions[below] * middle[below, None], vectors[:, below])
+            turn = turns[:, below[0]] if spread < _SAME_TURN else _fit_turn(directions[below] * middle[below, None], vectors[:, below])
         varies = joint > 0 and float(np.ptp(lengths[:, joint])) > 2e-5
         positions = joints[:, 0] if joint == 0 else directions[joint] * lengths[:, joint, None] if varies else None
         offset = np.zeros(3) if joint == 0 else directions[joint] * middle[joint]
         here = add(motion.joint_names[joint], offset, turn, parent, positions)
         for child in below:
             helper = here
-            if float(np.abs(turns[:, child] - turn).max()) >= 1e-6:
+            if float(np.abs(turns[:, child] - turn).max()) >= _SAME_TURN:
                 helper = add(f"{motion.joint_names[child]}_turn", np.zeros(3), turns[:, child], here, None)
             visit(child, helper)
 

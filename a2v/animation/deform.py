@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
 from a2v.types import Character, FloatArray
 
@@ -32,8 +33,10 @@ def blended_matrices(character: Character, bone_transforms: FloatArray) -> Float
     """Each vertex's blend (V, 3, 4) float64 of its four bones' matrices."""
     matrices = skinning_matrices(character, bone_transforms)[:, :3]
     weights = character.weights.astype(np.float64)
-    blended: FloatArray = np.einsum("vk,vkab->vab", weights, matrices[character.bones])
-    return blended
+    flat = matrices.reshape(len(matrices), 12)
+    blended = sum(weights[:, k, None] * flat[character.bones[:, k]] for k in range(4))
+    result: FloatArray = np.reshape(blended, (-1, 3, 4))
+    return result
 
 
 def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
@@ -58,7 +61,8 @@ def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
     blended = blended_matrices(character, bone_transforms)
     vertices = character.surface.vertices.astype(np.float64)
     posed = np.einsum("vab,vb->va", blended[..., :3], vertices) + blended[..., 3]
-    return posed.astype(np.float32)
+    vertices_now: FloatArray = posed.astype(np.float32)
+    return vertices_now
 
 
 def control_points(character: Character, bone_transforms: FloatArray) -> FloatArray:
@@ -70,17 +74,12 @@ def control_points(character: Character, bone_transforms: FloatArray) -> FloatAr
     matrices = skinning_matrices(character, bone_transforms)[:, :3]
     body = character.body
     used, back = np.unique(character.anchors, return_inverse=True)
-    at_anchor = np.einsum("vb,bij->vij", body.weights[used].astype(np.float64), matrices, optimize=True)[back]
-    anchors = body.vertices.astype(np.float64)[character.anchors]
-    shift = character.surface.vertices.astype(np.float64) - anchors
+    weights = body.weights[used].astype(np.float64)
+    bones = np.flatnonzero(weights.any(axis=0))
+    at_anchor = (weights[:, bones] @ matrices[bones].reshape(len(bones), 12)).reshape(-1, 3, 4)
+    turns = rotations_of(at_anchor[..., :3], matrices[weights.argmax(axis=1), :, :3])
+    anchors = body.vertices.astype(np.float64)[used]
     reposed = np.einsum("vab,vb->va", at_anchor[..., :3], anchors) + at_anchor[..., 3]
-    return reposed + np.einsum("vab,vb->va", nearest_rotations(at_anchor[..., :3]), shift)
-
-
-def nearest_rotations(matrices: FloatArray) -> FloatArray:
-    """Rotations (N, 3, 3) nearest to matrices (N, 3, 3), by singular value decomposition."""
-    u, _, vt = np.linalg.svd(matrices)
-    sign = np.linalg.det(u @ vt)
-    u[:, :, 2] *= np.sign(sign)[:, None]
-    rotations: FloatArray = u @ vt
-    return rotations
+    shift = character.surface.vertices.astype(np.float64) - anchors[back]
+    targets: FloatArray = reposed[back] + np.einsum("vab,vb->va", turns[back], shift)
+    return targets

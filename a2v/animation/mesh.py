@@ -22,7 +22,8 @@ def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """A third of the area of the faces around each vertex, (V,) square metres."""
     corners = vertices[faces]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices))
+    total: FloatArray = np.bincount(faces.ravel(), np.repeat(area / 3, 3), len(vertices)).astype(np.float64)
+    return total
 
 
 def cotangent_weights(vertices: FloatArray, faces: IntArray, *, smallest: float = 1e-2) -> Any:

@@ -41,6 +41,16 @@ def denoise(layers: Layers) -> FloatArray:
     return np.where(layers.alpha[..., None] > 0, clean, color)
 
 
+@dataclass
+class _Shown:
+    """A Mitsuba scene, its parameters, and what they hold now."""
+
+    scene: Any
+    parameters: Any
+    vertices: FloatArray | None = None
+    camera: ViewCamera | None = None
+
+
 class Renderer:
     """Renders one surface in any number of poses and cameras.
 
@@ -78,51 +88,35 @@ class Renderer:
             raise InputError("the surface has no faces to render")
         self.settings, self.scene_settings = settings, scene
         self._count = len(surface.vertices)
+        self._surface = surface
         mi = activate(settings.variant, settings.threads)
         self.variant: str = mi.variant()
         self._mesh = render_mesh(surface)
         objects = stage(mi, scene) | (extra or {})
-        self._scene = mi.load_dict(
+        stage_scene = mi.load_dict(
             {
                 "type": "scene",
                 "person": mesh_object(mi, self._mesh, surface, bsdf=bsdf),
                 **{name: value for name, value in objects.items() if value is not None},
-                "sensor": {
-                    "type": "perspective",
-                    "fov": 28.0,
-                    "near_clip": 0.05,
-                    "far_clip": 10000.0,
-                    # Open Image Denoise needs pixels that are independent of each other: a box filter
-                    "film": {
-                        "type": "hdrfilm",
-                        "width": settings.size,
-                        "height": settings.size,
-                        "rfilter": {"type": "box"},
-                        "pixel_format": "rgba",
-                        "component_format": "float32",
-                    },
-                    "sampler": {"type": "multijitter", "sample_count": settings.spp},
-                },
+                "sensor": self._sensor(),
             }
         )
         self._color = mi.load_dict({"type": "path", "max_depth": scene.bounces + 1, "rr_depth": 64, "hide_emitters": True})
         # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
-        self._index = mi.load_dict({"type": "aov", "aovs": "index:shape_index"})
-        self._parameters = mi.traverse(self._scene)
-        self._person_index = 1 + next(index for index, shape in enumerate(self._scene.shapes()) if shape.id() == "person")
+        self._main = _Shown(stage_scene, mi.traverse(stage_scene))
+        self._alone: _Shown | None = None
         self._backdrop = srgb_to_linear(np.array(scene.background))
-        self._shown: tuple[FloatArray | None, ViewCamera | None] = (None, None)
 
     def layers(self, vertices: FloatArray, camera: ViewCamera, *, spp: int | None = None, seed: int | None = None) -> Layers:
         """Trace one picture without denoising (`spp`, `seed`: other than the settings')."""
         mi = activate(self.variant, self.settings.threads)
-        self._show(mi, np.asarray(vertices, np.float32), camera)
+        self._show(mi, self._main, np.asarray(vertices, np.float32), camera)
         samples = self.settings.spp if spp is None else spp
         chosen = self.settings.seed if seed is None else seed
-        color = np.array(mi.render(self._scene, integrator=self._color, spp=samples, seed=chosen), np.float32)
+        color = np.array(mi.render(self._main.scene, integrator=self._color, spp=samples, seed=chosen), np.float32)
         samples = 4 if self.variant.startswith("scalar") else max(samples, 4)  # there, this pass is as slow as the other
-        guide = np.array(mi.render(self._scene, integrator=self._guide, spp=samples, seed=chosen), np.float32)
+        guide = np.array(mi.render(self._main.scene, integrator=self._guide, spp=samples, seed=chosen), np.float32)
         missed = 1 - color[..., 3:]
         return Layers(
             color=color[..., :3] + missed * self._backdrop,
@@ -156,35 +150,58 @@ class Renderer:
         """
         return to_bytes(linear_to_srgb(self.linear(vertices, camera)))
 
-    def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 16) -> FloatArray:
+    def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:
         """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from `samples` rays a pixel."""
         mi = activate(self.variant, self.settings.threads)
-        self._show(mi, np.asarray(vertices, np.float32), camera)
-        covered = np.zeros((self.settings.size, self.settings.size), np.float32)
-        for seed in range(samples):  # one ray at a time: the film would average the shapes' numbers
-            index = np.array(mi.render(self._scene, integrator=self._index, spp=1, seed=seed), np.float32)[..., 0]
-            covered += index == self._person_index
-        return covered / samples
+        if self._alone is None:  # a scene of the person alone: its alpha channel is the mask
+            person = mesh_object(mi, self._mesh, self._surface)
+            scene = mi.load_dict({"type": "scene", "person": person, "sensor": self._sensor()})
+            self._alone = _Shown(scene, mi.traverse(scene))
+        self._show(mi, self._alone, np.asarray(vertices, np.float32), camera)
+        image = mi.render(self._alone.scene, integrator=self._color, spp=samples, seed=self.settings.seed)
+        return np.array(image, np.float32)[..., 3]
 
-    def _show(self, mi: Any, vertices: FloatArray, camera: ViewCamera) -> None:
+    def _sensor(self) -> dict[str, Any]:
+        size = self.settings.size
+        return {
+            "type": "perspective",
+            "fov": 28.0,
+            "near_clip": 0.05,
+            "far_clip": 10000.0,
+            # Open Image Denoise needs pixels that are independent of each other: a box filter
+            "film": {
+                "type": "hdrfilm",
+                "width": size,
+                "height": size,
+                "rfilter": {"type": "box"},
+                "pixel_format": "rgba",
+                "component_format": "float32",
+            },
+            "sampler": {"type": "multijitter", "sample_count": self.settings.spp},
+        }
+
+    def _show(self, mi: Any, shown: _Shown, vertices: FloatArray, camera: ViewCamera) -> None:
+        """Move the person and the camera of a scene, and only what differs from what it shows."""
         if vertices.shape != (self._count, 3):
             raise InputError(f"the frame has vertices of shape {vertices.shape}; the surface has ({self._count}, 3)")
-        shown_vertices, shown_camera = self._shown
-        if shown_vertices is None or not np.array_equal(shown_vertices, vertices):
+        parameters = shown.parameters
+        if shown.vertices is None or not np.array_equal(shown.vertices, vertices):
             if not np.isfinite(vertices).all():
                 raise InputError("the frame's vertices hold NaN or infinite numbers; check the motion that moved them")
-            self._parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
-            self._parameters["person.vertex_normals"] = self._mesh.normals(vertices).ravel()
-        if camera != shown_camera:
+            parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
+            parameters["person.vertex_normals"] = self._mesh.normals(vertices).ravel()
+        if camera != shown.camera:
             right, up, backward = camera.axes
             matrix = np.eye(4)
             # Mitsuba's camera looks along +z with +x to the left of the picture
             matrix[:3, :3], matrix[:3, 3] = np.stack([-right, up, -backward], axis=1), camera.origin
-            self._parameters["sensor.to_world"] = mi.AffineTransform4f(mi.ScalarMatrix4f(matrix.tolist()))
-            self._parameters["sensor.x_fov"] = camera.fov
-            if "spot.to_world" in self._parameters:
-                self._parameters["spot.to_world"] = mi.AffineTransform4f(
-                    mi.ScalarMatrix4f(spot_matrix(camera.target, self.scene_settings).tolist())
-                )
-        self._parameters.update()
-        self._shown = (vertices.copy(), camera)
+            parameters["sensor.to_world"] = _transform(mi, matrix)
+            parameters["sensor.x_fov"] = camera.fov
+            if "spot.to_world" in parameters:
+                parameters["spot.to_world"] = _transform(mi, spot_matrix(camera.target, self.scene_settings))
+        parameters.update()
+        shown.vertices, shown.camera = vertices.copy(), camera
+
+
+def _transform(mi: Any, matrix: FloatArray) -> Any:
+    return mi.AffineTransform4f(mi.ScalarMatrix4f(matrix.tolist()))

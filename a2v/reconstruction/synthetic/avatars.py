@@ -222,7 +222,9 @@ def a_pose(arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers:
     drop, spread, bend, curl = np.radians([90.0 - arms, feet, elbows, fingers])
     pose: dict[str, tuple[float, float, float]] = {}
     for side, sign in (("Left", 1.0), ("Right", -1.0)):
-        pose[f"{side}Arm"] = (0.0, 0.0, -sign * drop)
+        # the collar bone takes a part of the way, as in people: the shoulders don't look shrugged
+        pose[f"{side}Shoulder"] = (0.0, 0.0, -sign * 0.15 * drop)
+        pose[f"{side}Arm"] = (0.0, 0.0, -sign * 0.85 * drop)
         pose[f"{side}ForeArm"] = (0.0, -sign * bend, 0.0)
         pose[f"{side}UpLeg"] = (0.0, 0.0, sign * spread)
         pose[f"{side}Foot"] = (0.0, 0.0, -sign * spread)

@@ -13,6 +13,7 @@ from a2v.rendering.camera import ViewCamera
 from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.renderer import Renderer
 from a2v.rendering.scene import SceneSettings
+from a2v.rendering.variant import activate
 from a2v.types import ByteArray, FloatArray, Record, RenderSettings, Surface
 
 Triple = tuple[float, float, float]
@@ -64,8 +65,8 @@ class PhotoSettings(Record):
     yaw: float = 0.0
     fill_frame: float = 0.86
     key_direction: Triple = (-0.75, 1.1, 1.15)
-    key: float = 0.62
-    fill: float = 0.42
+    key: float = 0.95
+    fill: float = 0.5
     key_size: float = 9.0
     warmth: float = 0.25
     wall: Triple = (0.66, 0.70, 0.72)
@@ -124,7 +125,7 @@ def photo_camera(vertices: FloatArray, settings: PhotoSettings) -> ViewCamera:
     return ViewCamera(origin=_triple(origin), target=_triple(target), fov=fov)
 
 
-def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> Photo:  # noqa: B008 - frozen
+def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> Photo:
     """Take a photograph of a person who stands on y = 0.
 
     Parameters
@@ -152,22 +153,21 @@ def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> P
         "specular": min(1.0, settings.gloss),
     }
     render = RenderSettings(size=settings.size, spp=settings.spp, variant=settings.variant, threads=settings.threads, seed=settings.seed)
-    renderer = Renderer(surface, render, scene, bsdf=material, extra=_room(settings))
+    mi = activate(settings.variant, settings.threads)
+    renderer = Renderer(surface, render, scene, bsdf=material, extra=_room(mi, settings))
     camera = photo_camera(surface.vertices, settings)
     linear = renderer.linear(surface.vertices, camera)
     image = _develop(linear, settings)
     return Photo(
         image=image,
-        mask=renderer.mask(surface.vertices, camera, samples=16),
+        mask=renderer.mask(surface.vertices, camera, samples=64),
         camera=camera,
         provenance={**surface.provenance, "settings": {k: v for k, v in dataclasses.asdict(settings).items() if k != "provenance"}},
     )
 
 
-def _room(settings: PhotoSettings) -> dict[str, Any]:
+def _room(mi: Any, settings: PhotoSettings) -> dict[str, Any]:
     """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot light."""
-    import mitsuba as mi
-
     turn = np.radians(settings.yaw)
     # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the wall
     radius = 0.12
@@ -194,7 +194,7 @@ def _room(settings: PhotoSettings) -> dict[str, Any]:
     return {"ground": mesh, "horizon": None, "spot": None}
 
 
-def _room_texture(settings: PhotoSettings, length: FloatArray, pixels: int = 2048) -> ByteArray:
+def _room_texture(settings: PhotoSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
     """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colours with soft, uneven patches and grain."""
     from scipy.ndimage import gaussian_filter
 
@@ -203,13 +203,15 @@ def _room_texture(settings: PhotoSettings, length: FloatArray, pixels: int = 204
     along = (np.arange(pixels) + 0.5) / pixels * total
     foot = float(length[-2] + length[1]) / 2  # the middle of the round corner
     wall_part = np.clip((along - foot) / 0.05 + 0.5, 0, 1)
-    color = srgb_to_linear(np.array(settings.floor)) * (1 - wall_part[:, None]) + srgb_to_linear(np.array(settings.wall)) * wall_part[:, None]
+    color = (
+        srgb_to_linear(np.array(settings.floor)) * (1 - wall_part[:, None]) + srgb_to_linear(np.array(settings.wall)) * wall_part[:, None]
+    )
     patches = np.zeros((pixels, pixels))
-    for sigma, strength in ((160.0, 0.05), (40.0, 0.03), (6.0, 0.02), (1.0, 0.02)):
+    for sigma, strength in ((60.0, 0.05), (18.0, 0.03), (3.0, 0.02), (0.7, 0.02)):
         layer = gaussian_filter(generator.standard_normal((pixels, pixels)), sigma, mode="wrap")
         patches += strength * layer / layer.std()
     image = color[:, None] * (1 + patches[..., None])
-    return to_bytes(linear_to_srgb(image))[::-1].copy()
+    return to_bytes(linear_to_srgb(image))
 
 
 def _develop(linear: FloatArray, settings: PhotoSettings) -> ByteArray:

@@ -424,7 +424,8 @@ def _twist(direction: FloatArray, expected: FloatArray, seen: FloatArray, weight
     banded[1] = diagonal
     banded[0, 1:] = -rigid
     right = weight * observed + prior
-    solution = solveh_banded(banded, np.stack([right.real, right.imag], -1))
+    both = np.stack([right.real, right.imag], -1)
+    solution = solveh_banded(banded, both) if frames > 1 else both / diagonal[:, None]
     angle: FloatArray = np.arctan2(solution[:, 1], solution[:, 0])
     return angle
 

@@ -80,6 +80,8 @@ if ! usable .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2
 fi
 pip=(.venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt)
 
+"${pip[@]}" -q --upgrade "$(grep '^pip==' constraints.txt)" # Debian 12's own pip (23.0) backtracks for many minutes
+
 # --- torch first and by its exact CPU build: PyPI's build for Linux brings gigabytes of CUDA.
 torch=$(sed -n 's/^torch==//p' constraints.txt)
 if ! .venv/bin/python -c "import importlib.metadata as m, sys; sys.exit(m.version('torch').split('+')[0] != '$torch')" 2>/dev/null; then

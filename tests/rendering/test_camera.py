@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.rendering import ViewCamera, follow_cameras
+from a2v.types import VIEWS, RenderSettings
+
+
+def walker(frames: int = 40) -> np.ndarray:
+    """A cloud of points, 1.8 m high, that walks along +z with jitter, jumps once and stretches its arms once."""
+    generator = np.random.default_rng(0)
+    cloud = generator.uniform([-0.3, 0, -0.2], [0.3, 1.8, 0.2], (200, 3))
+    cloud[0], cloud[1] = (0, 0, 0), (0, 1.8, 0)
+    track = np.repeat(cloud[None], frames, axis=0)
+    track[..., 2] += np.linspace(0, 3, frames)[:, None]
+    track[:, :, 0] += 0.02 * generator.standard_normal((frames, 1))
+    track[20, :, 1] += 0.6
+    track[30, 2] += (0.9, 0.5, 0)
+    return track
+
+
+def test_whole_body_stays_in_every_picture() -> None:
+    track, settings = walker(), RenderSettings(size=512)
+    cameras = follow_cameras(track, settings, margin=0.05)
+    worst = 0.0
+    for view in VIEWS:
+        for frame, camera in enumerate(cameras[view]):
+            pixels = camera.project(track[frame], 512)
+            assert pixels.min() >= 0.05 * 512 - 1e-6
+            assert pixels.max() <= 0.95 * 512 + 1e-6
+            worst = max(worst, np.abs(pixels - 256).max())
+    assert worst == pytest.approx(0.45 * 512, abs=1e-3)  # and no farther away than needed
+
+
+def test_bounds_contain_what_vertices_need() -> None:
+    track = walker()
+    boxes = np.stack([track.min(axis=1), track.max(axis=1)], axis=1)
+    for view, path in follow_cameras(boxes).items():
+        for frame, camera in enumerate(path):
+            pixels = camera.project(track[frame], 512)
+            assert pixels.min() >= 0, view
+            assert pixels.max() <= 512, view
+
+
+def test_cameras_stand_at_half_height_at_constant_distance_and_follow_smoothly() -> None:
+    track = walker()
+    cameras = follow_cameras(track, height=1.8)
+    distances = {float(np.linalg.norm(np.subtract(c.origin, c.target))) for path in cameras.values() for c in path}
+    assert max(distances) - min(distances) < 1e-9
+    for path in cameras.values():
+        origins = np.array([camera.origin for camera in path])
+        np.testing.assert_allclose(origins[:, 1], 0.9, atol=1e-9)
+        jitter = np.abs(np.diff(origins, 3, axis=0)).max()
+        assert jitter < 0.1 * np.abs(np.diff(track.mean(axis=1)[:, [0, 2]], 3, axis=0)).max()
+    travelled = cameras["front"][-1].target[2] - cameras["front"][0].target[2]
+    assert travelled > 1.8  # of 3 m: it follows
+
+
+@pytest.mark.parametrize(
+    ("view", "axis", "sign"), [("front", 2, 1), ("back", 2, -1), ("left", 0, 1), ("right", 0, -1)], ids=lambda value: str(value)
+)
+def test_each_view_stands_on_its_side(view: str, axis: int, sign: int) -> None:
+    camera = follow_cameras(walker())[view][0]  # type: ignore[index]
+    offset = np.subtract(camera.origin, camera.target)
+    assert sign * offset[axis] > 1
+    assert np.abs(np.delete(offset, axis)).max() < 1e-9
+
+
+def test_projection_of_the_target_is_the_middle_and_right_is_right() -> None:
+    camera = ViewCamera(origin=(0, 1, 4), target=(0, 1, 0), fov=40)
+    np.testing.assert_allclose(camera.project(np.array([0.0, 1, 0]), 100), [50, 50])
+    u, v = camera.project(np.array([0.5, 1.5, 0]), 100)
+    assert u > 50 > v  # +x lies to the right in the front view, +y upwards
+    edge = 4 * np.tan(np.radians(20))
+    np.testing.assert_allclose(camera.project(np.array([edge, 1 - edge, 0]), 100), [100, 100])
+    assert np.isnan(camera.project(np.array([0.0, 1, 5]), 100)).all()
+
+
+@pytest.mark.parametrize("track", [np.zeros((0, 2, 3)), np.zeros((3, 2)), np.full((2, 2, 3), np.nan)])
+def test_unusable_tracks_are_named(track: np.ndarray) -> None:
+    with pytest.raises(InputError, match="track"):
+        follow_cameras(track)
+
+
+def test_unusable_cameras_are_named() -> None:
+    with pytest.raises(InputError, match="up direction"):
+        ViewCamera(origin=(0, 1, 0), target=(0, 0, 0))
+    with pytest.raises(InputError, match="fov"):
+        ViewCamera(origin=(0, 1, 1), target=(0, 0, 0), fov=180)
+
+
+def test_camera_round_trip(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    camera = ViewCamera(origin=(0.1, 1, 4), target=(0, 1, 0), fov=33)
+    camera.save(tmp_path / "camera.npz")
+    assert ViewCamera.load(tmp_path / "camera.npz") == camera

@@ -198,7 +198,7 @@ _node: contextvars.ContextVar[_Running | None] = contextvars.ContextVar("node", 
 class _Running:
     name: str
     notes: list[str] = dataclasses.field(default_factory=list)
-    measures: dict[str, float] = dataclasses.field(default_factory=dict)
+    measures: dict[str, Any] = dataclasses.field(default_factory=dict)
 
 
 @contextlib.contextmanager
@@ -225,11 +225,22 @@ def note(text: str) -> None:
         running.notes.append(text)
 
 
-def measure(**values: float) -> None:
+def measure(values: Mapping[str, Any]) -> None:
     """Record numbers about the result, such as residuals, for the report (kept with it)."""
     running = _node.get()
     if running is not None:
-        running.measures.update(values)
+        running.measures.update(_json(values))
+
+
+def _json(value: Any) -> Any:
+    """`value` as what JSON holds, numbers with six significant digits."""
+    if isinstance(value, Mapping):
+        return {str(key): _json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [_json(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.6g}")
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def progress() -> Progress:

@@ -42,7 +42,7 @@ class NodeStats:
     span: tuple[float, float] = (float("inf"), 0.0)
     peak_memory: int = 0
     notes: list[str] = field(default_factory=list)
-    measures: dict[str, float] = field(default_factory=dict)
+    measures: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

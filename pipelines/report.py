@@ -47,7 +47,7 @@ def make_report(
             "span_seconds": round(max(stats.span[1] - stats.span[0], 0.0), 3),
             "peak_memory_mb": round(stats.peak_memory / 1e6, 1),
             "notes": stats.notes,
-            "measures": {key: round(value, 6) for key, value in stats.measures.items()},
+            "measures": stats.measures,
         }
         for name, stats in outcome.nodes.items()
     }

@@ -14,5 +14,5 @@ def body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[Orthog
     from a2v.body import fit_body
 
     result = fit_body(get(subject, Subject), settings=fit, progress=progress())
-    measure(**{name: float(value) for name, value in result.residuals.items()})
+    measure(result.residuals)
     return put(result.body), put(result.camera)

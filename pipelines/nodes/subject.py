@@ -12,11 +12,15 @@ from pipelines.store import Ref, get, put
 @memo(uses=("perception",))
 def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
     """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
-    from a2v.perception import decode_photo, find_person, read_openpose
+    from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
 
     pixels = decode_photo(bytes(get(photo, Blob)), "the photo")
-    given_mask = None if mask is None else decode_photo(bytes(get(mask, Blob)), "the mask")
-    given_keypoints = None if keypoints is None else read_openpose(bytes(get(keypoints, Blob)))
+    given_mask = None if mask is None else decode_mask(bytes(get(mask, Blob)), "the mask")
+    given_keypoints = (
+        None
+        if keypoints is None
+        else read_openpose(bytes(get(keypoints, Blob)), photo_size=(pixels.shape[1], pixels.shape[0]), name="the keypoints file")
+    )
     found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception)
     for warning in found.warnings:
         note(warning)

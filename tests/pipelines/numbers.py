@@ -11,7 +11,7 @@ import numpy as np
 
 from a2v.types import Record
 from pipelines.graph import Step
-from pipelines.memo import memo, note, progress
+from pipelines.memo import measure, memo, note, progress
 from pipelines.store import Ref, get, put
 
 
@@ -42,6 +42,7 @@ def base(length: int, scale: Scale) -> Ref[Numbers]:
     _log("base")
     progress()(1, 1)
     note("numbers are fine")
+    measure({"length": np.int64(length), "parts": {"factor": np.float32(scale.factor)}})
     return put(Numbers(values=np.arange(length) * scale.factor))
 
 

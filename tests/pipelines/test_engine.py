@@ -186,6 +186,7 @@ def test_progress_counts_to_the_end_and_notes_are_kept(store):
     assert [update.done for update in cells] == sorted(update.done for update in cells)
     assert outcome.notes == ("numbers are fine",)
     assert go(store).notes == ("numbers are fine",)
+    assert go(store).nodes["base"].measures == outcome.nodes["base"].measures == {"length": 4, "parts": {"factor": 2.0}}
     assert all(stats.peak_memory > 1 << 20 for stats in outcome.nodes.values())
     assert outcome.peak_memory > 1 << 20
     assert not list((store.folder / "runs").iterdir())

@@ -64,6 +64,7 @@ class _File:
     nodes: list[_Node] = field(default_factory=list)
     frame_time: float = 0.0
     values: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    dropped: bool = False
 
 
 def read_bvh(
@@ -161,6 +162,7 @@ def read_bvh(
             "units": unit,
             "scale": scale,
             "up": axis,
+            "dropped_rest_frame": file.dropped,
             "rest_offsets": np.round((offsets * scale) @ turn.T, 7).tolist(),
         },
     )
@@ -328,6 +330,9 @@ def _parse(text: str, source: str) -> _File:
     if count == 0:
         raise fail(row + 1, "no joint has channels: nothing moves")
     _parse_motion(file, lines, row + 1, count, fail)
+    turns = [node.first + place for node in file.nodes for place, name in enumerate(node.channels or ()) if name in _ROTATION]
+    if len(file.values) > 2 and not file.values[0, turns].any() and np.abs(file.values[1, turns]).max() > 30:
+        file.values, file.dropped = file.values[1:], True  # CMU's conversions start with the rest pose
     return file
 
 

@@ -24,6 +24,9 @@ class RetargetSettings:
         Skip the contact clean-up: feet may slide and sink as they do in the motion.
     align : bool
         Turn and move the motion so that in the first frame the person stands at x = z = 0 and faces +z.
+    level : {"auto", "always", "never"}
+        Whether to turn the motion upright by balance (`upright_turn`). "auto" does so for data sets that were reconstructed
+        from tilted cameras (HumanAct12, NTU-VIBE) and trusts the vertical of motion capture.
     limits : bool
         Keep joints within a human's range.
     smoothing : float
@@ -36,6 +39,7 @@ class RetargetSettings:
 
     raw: bool = False
     align: bool = True
+    level: str = "auto"
     limits: bool = True
     smoothing: float = 0.02
     twist_smoothing: float = 0.06
@@ -80,12 +84,17 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     InputError
         The motion is a batch, or lacks a joint of the limbs, or has no size.
     """
+    if settings.level not in ("auto", "always", "never"):
+        raise InputError(f"level is '{settings.level}'; choose from auto, always, never")
     rig = rig_of(body)
     source = source_joints(motion)
     if settings.smoothing > 0:
         source = {name: _gaussian(points, settings.smoothing * motion.fps) for name, points in source.items()}
     scale = rig.leg_length / source_leg_length(source)
     source = {name: points * scale for name, points in source.items()}
+    if settings.level == "always" or (settings.level == "auto" and motion.skeleton in ("humanact12", "ntu_vibe")):
+        turn = upright_turn(source, motion.fps)
+        source = {name: points @ turn.T for name, points in source.items()}
     if settings.align:
         source = _aligned(source)
     turns = _turns(source, rig, motion, settings)
@@ -115,6 +124,34 @@ def source_joints(motion: Motion) -> dict[str, FloatArray]:
             "rename its joints to Mixamo's, CMU's or SMPL's names"
         )
     return {name: motion.joints[:, index].astype(np.float64) for name, index in found.items()}
+
+
+def upright_turn(source: dict[str, FloatArray], fps: float) -> FloatArray:
+    """Rotation (3, 3) that makes a standing person balanced, for motions whose vertical leans with the camera.
+
+    Whoever stands still has the centre of mass over the feet: the mean direction from the feet to the centre of mass over
+    upright frames in which the hips hardly move, turned to +y. At most 20 degrees; the identity without such frames.
+
+    Parameters
+    ----------
+    source : dict of canonical joint to (T, 3)
+        Metres, y roughly up.
+    fps : float
+    """
+    hips, shoulders = _middle(source, "hip"), _middle(source, "shoulder")
+    ankles = _middle(source, "ankle")
+    feet = 0.4 * ankles + 0.6 * _middle(source, "foot") if "left_foot" in source and "right_foot" in source else ankles
+    lean = 0.6 * hips + 0.4 * shoulders - feet
+    speed = np.linalg.norm(np.gradient(hips, axis=0), axis=-1) * fps if len(hips) > 1 else np.zeros(len(hips))
+    legs = np.mean([np.linalg.norm(source[f"{side}_hip"] - source[f"{side}_ankle"], axis=-1) for side in SIDES], axis=0)
+    upright = (legs > 0.85 * source_leg_length(source)) & (_unit(lean)[:, 1] > np.cos(np.deg2rad(35)))
+    still = np.exp(-((speed / 0.4) ** 2)) * upright
+    if still.sum() < 0.25 * fps and still.sum() < 0.3 * len(hips):
+        return np.eye(3)
+    mean = (still[:, None] * _unit(lean)).sum(0)
+    swing = swing_between(mean, np.array([0.0, 1.0, 0.0]))
+    angle = float(np.linalg.norm(swing))
+    return rotvec_to_rotmat(swing * min(1.0, np.deg2rad(20) / max(angle, 1e-9)))
 
 
 def source_leg_length(source: dict[str, FloatArray]) -> float:

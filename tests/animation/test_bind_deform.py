@@ -83,12 +83,12 @@ def test_hair_follows_the_head_and_a_skirt_both_legs(body: Body) -> None:
 
     head = body.vertices[body.parts == PARTS.index("head")]
     hair = trimesh.creation.icosphere(3, 0.16)
-    hair.apply_translation([*head.mean(0), 0, 0.03, -0.05])
+    hair.apply_translation(head.mean(0) + np.array([0, 0.03, -0.05]))
     knees = [body.bone_transforms[body.bone_names.index(f"lowerleg01.{s}"), :3, 3] for s in "LR"]
     skirt = trimesh.creation.cylinder(0.3, 0.4, sections=64)
     skirt.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     skirt = skirt.subdivide().subdivide()
-    skirt.apply_translation([*np.mean(knees, axis=0), 0, 0.2, 0])
+    skirt.apply_translation(np.mean(knees, axis=0) + np.array([0, 0.2, 0]))
     names = np.array(body.bone_names)
     for mesh, wanted in ((hair, ("head", "neck", "eye")), (skirt, ("upperleg", "lowerleg", "pelvis", "root", "spine05"))):
         n = len(mesh.vertices)

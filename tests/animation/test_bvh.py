@@ -18,7 +18,7 @@ def random_clip(skeleton: Skeleton, frames: int = 12, *, stretch: float = 0.0) -
     count = skeleton.n_joints
     rotations = np.cumsum(random.normal(0, 0.15, (frames, count, 3)), axis=0)
     rotations[:, 0] = 0
-    root = [*np.cumsum(random.normal(0, 0.03, (frames, 3)), axis=0), 0, 0.95, 0]
+    root = np.cumsum(random.normal(0, 0.03, (frames, 3)), axis=0) + np.array([0, 0.95, 0])
     lengths = np.tile(random.uniform(0.15, 0.35, count), (frames, 1)) * (1 + stretch * random.normal(0, 1, (frames, count)))
     joints = forward_kinematics(rotations, root, lengths, skeleton)
     return Motion(
@@ -269,6 +269,7 @@ def test_real_cmu_files(data_dir: Path, tmp_path: Path) -> None:
     assert motion.provenance["units"] == "CMU units"
     assert motion.fps == 30
     assert abs(motion.frames - 86) <= 1
+    assert motion.provenance["dropped_rest_frame"]
     head = motion.joints[:, motion.joint_names.index("Head"), 1]
     assert 1.2 < head.mean() < 1.6
     write_bvh(tmp_path / "m.bvh", motion)

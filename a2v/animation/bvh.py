@@ -331,8 +331,10 @@ def _parse(text: str, source: str) -> _File:
         raise fail(row + 1, "no joint has channels: nothing moves")
     _parse_motion(file, lines, row + 1, count, fail)
     turns = [node.first + place for node in file.nodes for place, name in enumerate(node.channels or ()) if name in _ROTATION]
-    if len(file.values) > 2 and not file.values[0, turns].any() and np.abs(file.values[1, turns]).max() > 30:
-        file.values, file.dropped = file.values[1:], True  # CMU's conversions start with the rest pose
+    if len(file.values) > 2 and turns:  # CMU's conversions start with a T-pose: nearly all zeros, and a leap to the next frame
+        steps = np.abs((np.diff(file.values[:3, turns], axis=0) + 180) % 360 - 180).max(axis=1)
+        if (file.values[0, turns] == 0).mean() > 0.8 and steps[0] > max(25.0, 4 * steps[1]):
+            file.values, file.dropped = file.values[1:], True
     return file
 
 

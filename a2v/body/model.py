@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from a2v.body.anny_data import LOCAL_CHANGES, load_anny_data
+from a2v.body.anny_data import LOCAL_CHANGES, PHENOTYPE_ORDER, load_anny_data
 from a2v.body.parts import parts_of_bones
 from a2v.errors import InputError
 from a2v.types import Body, FloatArray, IntArray
@@ -33,11 +33,14 @@ class BodyState:
         World from bone at this pose; the translation is the bone's head.
     rest_heads : (..., B, 3)
         Bone heads in the rest pose of this shape.
+    rest_vertices : (..., V, 3)
+        The same vertices in the rest pose of this shape.
     """
 
     vertices: torch.Tensor
     transforms: torch.Tensor
     rest_heads: torch.Tensor
+    rest_vertices: torch.Tensor
 
     @property
     def joints(self) -> torch.Tensor:
@@ -127,13 +130,13 @@ class AnnyModel:
         self._template, self._blendshapes = tensor("template"), tensor("blendshapes")
         self._heads, self._head_blendshapes = tensor("bone_heads"), tensor("bone_head_blendshapes")
         self._weights = torch.from_numpy(self.weights)
-        self._components = tensor("component_variations").long()
-        self._projection = tensor("component_projection")
-        self._counts = [int(count) for count in data["variation_counts"]]
+        self._counts = dict(zip(PHENOTYPE_ORDER, (int(count) for count in data["variation_counts"]), strict=True))
+        components, projection = self._fold(data["component_variations"], data["component_projection"])
+        self._components, self._projection = torch.from_numpy(components), torch.from_numpy(projection)
         self._levels = _depth_levels(self.bone_parents)
         self._order = torch.cat([index for index, _ in self._levels])
         self._inverse_order = torch.argsort(self._order)
-        self._subsets: dict[bytes, tuple[torch.Tensor, torch.Tensor]] = {}
+        self._subsets: dict[tuple[bytes, torch.dtype], tuple[torch.Tensor, torch.Tensor]] = {}
         self.data = data
 
     @property
@@ -150,6 +153,29 @@ class AnnyModel:
         """Index of the bone `name`."""
         return self.bone_names.index(name)
 
+    def _fold(self, components: IntArray, projection: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Merge components that differ in phenotypes alone that the model does not expose (they stay in the middle)."""
+        fixed: dict[int, float] = {}
+        start = 0
+        for name, count in self._counts.items():
+            if name not in self._phenotypes:
+                middle = (
+                    np.full(count, 1 / count)
+                    if name == "race"
+                    else np.interp(np.arange(count), [(count - 1) / 2 - 1, (count - 1) / 2, (count - 1) / 2 + 1], [0, 1, 0])
+                )
+                fixed |= {start + index: float(weight) for index, weight in enumerate(middle)}
+            start += count
+        merged: dict[tuple[int, ...], FloatArray] = {}
+        for row, target in zip(components, projection, strict=True):
+            weight = float(np.prod([fixed[variation] for variation in row if variation in fixed]))
+            if weight > 0:
+                key = tuple(int(variation) for variation in row if variation not in fixed and variation < start)
+                merged[key] = merged.get(key, np.zeros(projection.shape[1])) + weight * target
+        width = max(map(len, merged))
+        padded = np.array([[*key, *[start] * (width - len(key))] for key in merged], dtype=np.int64)
+        return padded, np.stack(list(merged.values())).astype(np.float32)
+
     def blend_coefficients(self, shape: torch.Tensor) -> torch.Tensor:
         """Coefficients (..., K) of the blend shapes for shape parameters (..., S).
 
@@ -161,14 +187,12 @@ class AnnyModel:
         value = dict(zip(self.shape_names, shape.unbind(-1), strict=True))
         one = torch.ones_like(shape[..., 0])
         columns: list[torch.Tensor] = []
-        for name, count in zip(
-            ("race", "gender", "age", "muscle", "weight", "height", "proportions", "cup", "firm"), self._counts, strict=True
-        ):
-            if name == "race":
-                columns += [one / count] * count
+        for name, count in self._counts.items():
+            if name not in value:
+                columns += [one] * count  # folded into the projection
                 continue
             low, high = (-1 / 3, 1.0) if name == "age" else (0.0, 1.0)
-            position = ((value.get(name, 0.5 * one) - low) / (high - low) * (count - 1)).clamp(0.0, count - 1.0)
+            position = ((value[name] - low) / (high - low) * (count - 1)).clamp(0.0, count - 1.0)
             # The segment, not hat functions: at a knot these would have no gradient at all.
             segment = position.detach().floor().clamp(max=count - 2)
             fraction = position - segment
@@ -190,18 +214,18 @@ class AnnyModel:
         coefficients = self.blend_coefficients(shape)
         template, blendshapes = self._template, self._blendshapes
         if vertex_ids is not None:
-            template, blendshapes = self._subset(vertex_ids)
+            template, blendshapes = self._subset(vertex_ids, shape.dtype)
         vertices = template.to(shape) + _blend(coefficients, blendshapes)
         heads = self._heads.to(shape) + _blend(coefficients, self._head_blendshapes)
         return vertices, heads
 
-    def _subset(self, vertex_ids: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _subset(self, vertex_ids: torch.Tensor, dtype: torch.dtype) -> tuple[torch.Tensor, torch.Tensor]:
         """Template and blend shapes of some vertices; the last answers are kept, since a fit asks for the same ones."""
-        key = vertex_ids.numpy().tobytes()
+        key = (vertex_ids.numpy().tobytes(), dtype)
         if key not in self._subsets:
             while len(self._subsets) >= 4:
                 self._subsets.pop(next(iter(self._subsets)))
-            self._subsets[key] = (self._template[vertex_ids], self._blendshapes[:, vertex_ids].contiguous())
+            self._subsets[key] = (self._template[vertex_ids].to(dtype), self._blendshapes[:, vertex_ids].to(dtype))
         return self._subsets[key]
 
     def forward(
@@ -241,7 +265,7 @@ class AnnyModel:
         weights = (self._weights if vertex_ids is None else self._weights[vertex_ids]).to(shape)
         blended = (weights @ skin).reshape(*skin.shape[:-2], -1, 3, 4)
         vertices = (blended[..., :3] @ rest_vertices[..., None])[..., 0] + blended[..., 3]
-        return BodyState(vertices=vertices, transforms=transforms, rest_heads=rest_heads)
+        return BodyState(vertices=vertices, transforms=transforms, rest_heads=rest_heads, rest_vertices=rest_vertices)
 
     def pose_bones(self, rotmats: torch.Tensor, rest_heads: torch.Tensor, translation: torch.Tensor | None = None) -> torch.Tensor:
         """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads (..., B, 3)."""

@@ -321,7 +321,7 @@ class Objective:
         """Pose the vertices that a stage needs; returns the state, the landmarks and the vertices by use."""
         import torch
 
-        wanted = {"landmarks": self.model.landmark_vertices}
+        wanted = {"extent": self._extent, "landmarks": self.model.landmark_vertices}
         if stage == "silhouette" and self.evidence.mask is not None:
             wanted["inner"] = self._inner
             if self._rim is not None:
@@ -366,7 +366,7 @@ class Objective:
         low, high = self._limits.unbind(-1)
         beyond = (low - unknowns.angles).clamp(min=0) + (unknowns.angles - high).clamp(min=0)
         terms["limits"] = (beyond / 0.03).square().sum()
-        crown, sole = self.model.rest(unknowns.shape, self._extent)[0].unbind(-2)
+        crown, sole = state.rest_vertices[0], state.rest_vertices[1]  # "extent" comes first
         height = ((crown[1] - sole[1] - s.height) / s.height_sigma).square()
         terms["shape"] = s.shape_weight * (((unknowns.shape - self._shape_mean) / self._shape_spread).square().sum() + height)
         low, high = self._shape_bounds.unbind(-1)

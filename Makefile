@@ -5,6 +5,8 @@ PHOTO ?= a2v/samples/person.jpg
 ACTION ?= Walk
 OUT ?= out/video
 WORKERS ?= 2
+# rendering.py runs Cycles in an environment of its own, through rendering_cycles.py
+BENCHMARKS ?= $(filter-out %_cycles.py,$(wildcard benchmarks/*.py))
 ARGS ?=
 export PYTHON
 
@@ -23,8 +25,8 @@ video: setup ## PHOTO=… ACTION=… OUT=…: a person and an action to a video;
 test: setup ## run every test
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
 
-bench: setup ## measure speed and memory; prints tables
-	@set -e; for script in scripts/bench_*.py; do echo "== $$script"; $(PY) $$script $(ARGS); done
+bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
+	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done
 
 sheets: setup ## contact sheets of the sample, the photos and avatars into sheets/
 	@set -e; for script in scripts/*sheets*.py; do echo "== $$script"; $(PY) $$script $(ARGS); done

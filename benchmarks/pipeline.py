@@ -1,6 +1,6 @@
 """Time and memory of `a2v video` at its defaults: a first run on an empty store, then another action for the same photo.
 
-    python scripts/bench_pipeline.py [--photo P] [--frames 60] [--size 512] [--out out/bench.json]
+    python benchmarks/pipeline.py [--photo P] [--frames 60] [--size 512] [--out out/bench.json]
 
 The bar: at most 6 minutes and 4 GB for 60 frames, four views, 512 px on two cores; the second run re-uses the character.
 """

@@ -58,13 +58,12 @@ class ArapSolver:
         if self.control.shape != (count,) or not np.isfinite(self.control).all() or (self.control < 0).any() or not self.control.any():
             raise InputError(f"control weights must be {count} numbers, none negative and not all zero")
         weights = cotangent_weights(self.rest, faces)
-        self._laplacian = 2 * laplacian(weights)  # every edge counts from both of its ends
-        self._factor = Cholesky(self._laplacian + diags(self.control))
+        stiffness = 2 * laplacian(weights)  # every edge counts from both of its ends
+        self._factor = Cholesky(stiffness + diags(self.control))
         pairs = weights.tocoo()
         i, j, k = pairs.row, pairs.col, pairs.data
         edges = self.rest[i] - self.rest[j]
         moment = k[:, None] * edges  # k_ij (s_i - s_j)
-        self._weights = pairs
         # covariance_i = sum_j k_ij (x_i - x_j) (s_i - s_j)^T as one sparse product: rows (i, a)
         axes = np.arange(3)
         rows = (3 * i[:, None] + axes).ravel()
@@ -105,11 +104,14 @@ class ArapSolver:
         energies: list[float] = []
         moments = None if start is None else self._moments(np.asarray(start, dtype=np.float64))
         while True:
-            if moments is not None:
-                turn = rotations_of(moments, turn, steps=3)
-            x = self._factor.solve(self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull)
+            if moments is not None:  # the first rotations may be far away; later ones follow in a single step
+                turn = rotations_of(moments, turn, steps=1 if energies else 3)
+            right = self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull
+            x = self._factor.solve(right)
             moments = self._moments(x)
-            energies.append(self._energy(x, turn, moments, targets))
+            # at the solution sum_j 2 k (x_i - x_j) = right - c x: the energy needs no product of its own
+            stretch = float(np.vdot(x, right - self.control[:, None] * x))
+            energies.append(self._energy(x, turn, moments, targets, stretch))
             fall = energies[-2] - energies[-1] if len(energies) > 1 else np.inf
             if len(energies) >= iterations or fall <= tolerance * max(energies[-1], 1e-12 * self._constant):
                 return ArapResult(x, tuple(energies), len(energies))
@@ -118,10 +120,8 @@ class ArapSolver:
         """Matrices (V, 3, 3): sum over neighbours of k (x_i - x_j) (s_i - s_j)^T."""
         return np.swapaxes((self._covariance @ x).reshape(-1, 3, 3), 1, 2)
 
-    def _energy(self, x: FloatArray, turn: FloatArray, moments: FloatArray, targets: FloatArray) -> float:
-        # sum k |x_i - x_j|^2 = sum_i x_i . sum_j 2 k (x_i - x_j)
-        stretch = float(np.vdot(x, self._laplacian @ x)) + self._constant
-        rigid = stretch - 2 * float(np.vdot(turn, moments))
+    def _energy(self, x: FloatArray, turn: FloatArray, moments: FloatArray, targets: FloatArray, stretch: float) -> float:
+        rigid = stretch + self._constant - 2 * float((turn * moments).sum())
         gap = np.where(self.control[:, None] > 0, x - targets, 0.0)
         return max(rigid, 0.0) + float((self.control[:, None] * gap**2).sum())
 

@@ -33,6 +33,12 @@ def test_it_keeps_the_protocol(model: AnnyModel) -> None:
     assert set(JOINT_BONES.values()) <= set(model.bone_names)
 
 
+def test_landmark_names_are_perceptions() -> None:
+    from a2v.perception import LANDMARKS
+
+    assert tuple(LANDMARKS) == BLAZEPOSE
+
+
 def test_axes(model: AnnyModel) -> None:
     body = make_body(model, grounded=True)
     head = {name: body.bone_transforms[model.bone(bone), :3, 3] for name, bone in JOINT_BONES.items()}

@@ -117,7 +117,12 @@ def follow_cameras(
         height = float(max(np.median(extent), 0.5 * extent.max()))
     centre = (low + high) / 2
     centre[:, 1] = height / 2
-    path = gaussian_filter1d(centre, smoothing, axis=0, mode="nearest") if smoothing > 0 and len(centre) > 1 else centre
+    path = centre
+    if smoothing > 0 and len(centre) > 1:
+        # continued at both ends by point reflection, or the camera would lag behind whoever walks into the clip
+        beyond = min(len(centre) - 1, int(4 * smoothing))
+        padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
+        path = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
     reach = (1 - 2 * margin) * np.tan(np.radians(fov) / 2)
     distance = 0.5
     offsets = points - path[:, None]

@@ -1,0 +1,89 @@
+"""Quick looks at a surface: one ray a pixel, a head light, texture or vertex colours. Not for videos."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.types import ByteArray, FloatArray, Surface
+
+
+def preview_surface(
+    surface: Surface,
+    *,
+    azimuth: float = 0.0,
+    elevation: float = 0.0,
+    size: int = 512,
+    center: FloatArray | None = None,
+    extent: float | None = None,
+    shaded: bool = True,
+    plain: bool = False,
+    background: tuple[int, int, int] = (235, 235, 240),
+) -> ByteArray:
+    """An orthographic picture of `surface`.
+
+    Parameters
+    ----------
+    azimuth, elevation : float
+        Where the camera stands, degrees: 0, 0 in front (+z), azimuth 90 at the person's left (+x), 180 behind.
+    size : int
+        Width and height, pixels.
+    center : (3,), optional
+        Point in the middle of the picture, metres; default: the middle of the bounds.
+    extent : float, optional
+        Width of what is seen, metres; default: the surface with a border.
+    shaded : bool
+        Dim by the angle to the camera.
+    plain : bool
+        White clay instead of the colours: shows the shape.
+
+    Returns
+    -------
+    (size, size, 3) uint8.
+    """
+    import cv2
+    import open3d as o3d
+
+    vertices = np.asarray(surface.vertices, np.float64)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    middle = (low + high) / 2 if center is None else np.asarray(center, np.float64)
+    extent = float(np.max(high - low)) * 1.08 if extent is None else extent
+    a, e = np.radians([azimuth, elevation])
+    backward = np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+    right = np.array([np.cos(a), 0.0, -np.sin(a)])
+    up = np.cross(backward, right)
+    ticks = ((np.arange(size) + 0.5) / size - 0.5) * extent
+    origins = middle + ticks[None, :, None] * right - ticks[:, None, None] * up + backward * 10.0
+    rays = np.concatenate([origins, np.broadcast_to(-backward, origins.shape)], axis=-1).astype(np.float32)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(np.ascontiguousarray(surface.vertices, np.float32), np.ascontiguousarray(surface.faces, np.uint32))
+    hits = scene.cast_rays(rays)
+    seen = np.isfinite(hits["t_hit"].numpy())
+    face = hits["primitive_ids"].numpy()[seen].astype(np.int64)
+    second = hits["primitive_uvs"].numpy()[seen].astype(np.float64)
+    weights = np.concatenate([1 - second.sum(axis=1, keepdims=True), second], axis=1)
+    if plain:
+        color = np.full((len(face), 3), 0.8)
+    elif surface.uv is not None and surface.texture is not None:
+        rows, columns = surface.texture.shape[:2]
+        uv = (surface.uv[face] * weights[..., None]).sum(axis=1)
+        x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
+        y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
+        chunks = [cv2.remap(surface.texture, x[:, i : i + 30000], y[:, i : i + 30000], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], 30000)]
+        color = np.concatenate(chunks).reshape(-1, 3) / 255 if chunks else np.zeros((0, 3))
+    else:
+        color = (surface.colors[surface.faces[face]] * weights[..., None]).sum(axis=1)
+    if shaded or plain:
+        corners = vertices[surface.faces]
+        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = np.zeros_like(vertices)
+        for corner in range(3):
+            np.add.at(normals, surface.faces[:, corner], flat)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        normal = (normals[surface.faces[face]] * weights[..., None]).sum(axis=1)
+        light = backward + 0.35 * up - 0.25 * right
+        facing = np.clip(normal @ (light / np.linalg.norm(light)), 0, 1)
+        color = color * ((0.25 + 0.75 * facing) if plain else (0.7 + 0.3 * facing))[:, None]
+    picture = np.empty((size, size, 3), np.uint8)
+    picture[:] = background
+    picture[seen] = np.clip(color * 255 + 0.5, 0, 255).astype(np.uint8)
+    return picture

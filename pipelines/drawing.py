@@ -66,7 +66,7 @@ def dot_source(graph: Graph) -> str:
         lines.append(f'  "{name}" [label="{label(step)}", tooltip="{tip}", fillcolor="{_FANNED if step.fans_out else _SINGLE}"];')
     for name in inputs_of(graph):
         lines.append(f'  "in:{name}" [label="{name}", shape=plaintext, fontsize=9, fillcolor="{_INPUT}"];')
-    for source, target, _ in dict.fromkeys(edges(graph)):
+    for source, target in dict.fromkeys(edge[:2] for edge in edges(graph)):
         lines.append(f'  "{source if source in steps else "in:" + source}" -> "{target}";')
     return "\n".join([*lines, "}"]) + "\n"
 

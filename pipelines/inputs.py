@@ -136,7 +136,7 @@ def add_stage_arguments(parser: Any, names: Sequence[str]) -> None:
     """Options of the named stages, such as ``--fit.iterations``."""
     for name, settings in stage_settings().items():
         if name in names:
-            parser.add_argument(f"--{name}", type=type(settings), default=settings)
+            parser.add_class_arguments(type(settings), name)
 
 
 def stages_of(settings: Any) -> dict[str, Any]:

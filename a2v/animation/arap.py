@@ -105,7 +105,7 @@ class ArapSolver:
         moments = None if start is None else self._moments(np.asarray(start, dtype=np.float64))
         while True:
             if moments is not None:  # the first rotations may be far away; later ones follow in a single step
-                turn = rotations_of(moments, turn, steps=1 if energies else 3)
+                turn = rotations_of(moments, turn, steps=1 if energies else 2)
             right = self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull
             x = self._factor.solve(right)
             moments = self._moments(x)
@@ -158,7 +158,7 @@ class ArapDeformer:
         rest = self.character.surface.vertices.astype(np.float64)
         start = np.einsum("vab,vb->va", blended[..., :3], rest) + blended[..., 3]
         targets = control_points(self.character, bone_transforms)
-        turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms))
+        turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms), steps=2)
         return self._solver.solve(targets, start=start, rotations=turns, iterations=self.iterations, tolerance=self.tolerance)
 
     def __call__(self, bone_transforms: FloatArray) -> FloatArray:

@@ -47,7 +47,7 @@ def rotations_of(matrices: FloatArray, start: FloatArray, *, steps: int = 4) -> 
         if float(angle.max(initial=0.0)) < 1e-7:
             break
     result = np.ascontiguousarray(np.moveaxis(r, -1, 0))
-    lost = np.flatnonzero(((r * a).sum((0, 1)) <= 0) | (angle > 0.1))
+    lost = np.flatnonzero(((r * a).sum((0, 1)) <= 0) | (angle > 0.4))
     if len(lost):
         result[lost] = nearest_rotations(matrices[lost])
     return result

@@ -85,9 +85,12 @@ def render_settings(settings: Any) -> RenderSettings:
     if doubles := [view for view in views if views.count(view) > 1]:
         raise InputError(f"view '{doubles[0]}' is given twice")
     return RenderSettings(
-        views=cast(
-            "tuple[View, ...]", views
-        ),  # RenderSettings checks them size=settings.size, spp=settings.spp, denoise=settings.denoise, variant=settings.variant, seed=settings.render_seed
+        views=cast("tuple[View, ...]", views),
+        size=settings.size,
+        spp=settings.spp,
+        denoise=settings.denoise,
+        variant=settings.variant,
+        seed=settings.render_seed,
     )
 
 

@@ -36,14 +36,16 @@ def main() -> None:
             for name, action in (("first", "Walk"), ("second", "Jump"))
         }
     first, second = runs["first"], runs["second"]
-    print(f"{'node':<12}{'calls':>6}{'first: s':>10}{'wall s':>8}{'peak MB':>9}{'second: s':>11}{'wall s':>8}{'remembered':>12}")
+    print(
+        f"{'node':<12}{'calls':>6}{'first: s':>10}{'cpu s':>8}{'wall s':>8}{'peak MB':>9}{'second: s':>11}{'wall s':>8}{'remembered':>12}"
+    )
     for name, node in first["nodes"].items():
         later = second["nodes"].get(name, {"seconds": 0, "span_seconds": 0, "remembered": 0})
         print(
-            f"{name:<12}{node['calls']:>6}{node['seconds']:>10.1f}{node['span_seconds']:>8.1f}{node['peak_memory_mb']:>9.0f}"
+            f"{name:<12}{node['calls']:>6}{node['seconds']:>10.1f}{node['cpu_seconds']:>8.1f}{node['span_seconds']:>8.1f}{node['peak_memory_mb']:>9.0f}"
             f"{later['seconds']:>11.1f}{later['span_seconds']:>8.1f}{later['remembered']:>12}"
         )
-    print(f"{'all':<12}{'':>6}{'':>10}{first['seconds']:>8.1f}{first['peak_memory_mb']:>9.0f}{'':>11}{second['seconds']:>8.1f}")
+    print(f"{'all':<12}{'':>6}{'':>18}{first['seconds']:>8.1f}{first['peak_memory_mb']:>9.0f}{'':>11}{second['seconds']:>8.1f}")
     print(f"{first['machine']['cores']} cores, {given.frames} frames, {len(first['parameters']['render']['views'])} views, {given.size} px")
     if given.out:
         given.out.parent.mkdir(parents=True, exist_ok=True)

@@ -73,9 +73,10 @@ class Node(Generic[P, R]):
             return result
         emit(node=self.name, start=started)
         with peak_memory() as peak, _running(self.name) as running, storage.using(store.folder):
-            clock = time.perf_counter()
+            clock, work = time.perf_counter(), time.process_time()
             result = self.function(*args, **dict(kwargs))
-            facts = {"seconds": time.perf_counter() - clock, "peak": peak(), "notes": running.notes, "measures": running.measures}
+            spent = {"seconds": time.perf_counter() - clock, "cpu": time.process_time() - work}
+            facts = {**spent, "peak": peak(), "notes": running.notes, "measures": running.measures}
         if self.remember:
             store.remember(self.name, key, result, {**facts, "start": started})
         emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)

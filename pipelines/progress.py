@@ -24,8 +24,8 @@ class NodeStats:
     ----------
     calls, cached : int
         How often its result was asked for, and how often it was remembered.
-    seconds : float
-        Time computing, summed over workers.
+    seconds, cpu_seconds : float
+        Time computing by the clock, and processor time of all threads; summed over workers.
     span : tuple of 2 float
         First start and last end, seconds since the epoch.
     peak_memory : int
@@ -39,6 +39,7 @@ class NodeStats:
     calls: int = 0
     cached: int = 0
     seconds: float = 0.0
+    cpu_seconds: float = 0.0
     span: tuple[float, float] = (float("inf"), 0.0)
     peak_memory: int = 0
     notes: list[str] = field(default_factory=list)
@@ -103,6 +104,7 @@ class Monitor:
             stats.calls += 1
             stats.cached += bool(event["hit"])
             stats.seconds += 0.0 if event["hit"] else event["seconds"]
+            stats.cpu_seconds += event.get("cpu", 0.0)
             stats.span = (min(stats.span[0], event["start"]), max(stats.span[1], event["start"] + event["seconds"]))
             stats.peak_memory = max(stats.peak_memory, event.get("peak", 0))
             stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]

@@ -44,6 +44,7 @@ def make_report(
             "calls": stats.calls,
             "remembered": stats.cached,
             "seconds": round(stats.seconds, 3),
+            "cpu_seconds": round(stats.cpu_seconds, 3),
             "span_seconds": round(max(stats.span[1] - stats.span[0], 0.0), 3),
             "peak_memory_mb": round(stats.peak_memory / 1e6, 1),
             "notes": stats.notes,
@@ -102,8 +103,12 @@ def plain(value: Any) -> Any:
 
 def table(outcome: Outcome) -> str:
     """Times and memory of the nodes as text."""
-    lines = [f"{'node':<12}{'calls':>6}{'remembered':>12}{'seconds':>9}{'peak MB':>9}"]
+    lines = [f"{'node':<12}{'calls':>6}{'remembered':>12}{'seconds':>9}{'cpu s':>8}{'peak MB':>9}"]
     for name, stats in outcome.nodes.items():
-        lines.append(f"{name:<12}{stats.calls:>6}{stats.cached:>12}{stats.seconds:>9.2f}{stats.peak_memory / 1e6:>9.0f}")
-    lines.append(f"{'all':<12}{'':>6}{'':>12}{outcome.seconds:>9.2f}{outcome.peak_memory / 1e6:>9.0f}")
+        lines.append(
+            f"{name:<12}{stats.calls:>6}{stats.cached:>12}{stats.seconds:>9.2f}{stats.cpu_seconds:>8.2f}{stats.peak_memory / 1e6:>9.0f}"
+        )
+    lines.append(
+        f"{'all':<12}{'':>6}{'':>12}{outcome.seconds:>9.2f}{sum(stats.cpu_seconds for stats in outcome.nodes.values()):>8.2f}{outcome.peak_memory / 1e6:>9.0f}"
+    )
     return "\n".join(lines)

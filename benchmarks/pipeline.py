@@ -18,12 +18,14 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def once(photo: Path, action: str, frames: int, size: int, cache: Path, out: Path) -> dict:
+    """One run of `a2v video`; its report."""
     words = ["--photo", photo, "--action", action, "--frames", frames, "--size", size, "--cache", cache, "--out", out, "--quiet"]
     subprocess.run([sys.executable, "-m", "pipelines", "video", *map(str, words)], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     return json.loads((out / "report.json").read_text())
 
 
 def main() -> None:
+    """Run twice and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photo", type=Path, default=ROOT / "a2v" / "samples" / "person.jpg")
     parser.add_argument("--frames", type=int, default=60)

@@ -1,0 +1,23 @@
+"""From the person in the photo to a closed, coloured surface.
+
+Backends give the same `a2v.types.Surface`: `body_prior_surface` pushes a fitted body out to the silhouette. `color_surface` colours
+any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhere. Heavy packages are imported when first used.
+"""
+
+from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
+from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.sheet import surface_sheet
+from a2v.reconstruction.visibility import silhouette_iou, visible_vertices
+
+__all__ = [
+    "ColorSettings",
+    "ColorSolution",
+    "SurfaceSettings",
+    "body_prior_surface",
+    "color_surface",
+    "silhouette_iou",
+    "solve_colors",
+    "surface_sheet",
+    "visible_vertices",
+]

@@ -1,0 +1,412 @@
+"""The `body-prior` backend: the fitted body pushed out to the person's silhouette (clothes, hair).
+
+Three steps: (1) the body's rim is pulled to the contour of the mask by a smooth deformation of the body's skin, which also takes loose
+cloth outwards in depth; (2) what the mask has and no body reaches (hair, skirts, bags) is fused as an inflated lobe in a signed
+distance grid, and what sticks out of the mask is cut; (3) one closed surface is extracted and evened out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.reconstruction.visibility import cast_depth, raycasting_scene, silhouette_iou, vertex_normals
+from a2v.reconstruction.volume import Grid, signed_distance
+from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
+
+
+@dataclass(frozen=True)
+class SurfaceSettings:
+    """How the body becomes the surface.
+
+    Attributes
+    ----------
+    resolution : int
+        Grid cells over the person's longer side; 320 gives cells of about 5 mm.
+    vertices : int
+        Vertices to aim at, at least 25,000.
+    reach : float
+        How far the rim may be pulled to the silhouette, metres.
+    rounds : int
+        Rounds of matching and deforming.
+    depth : float
+        Share of the sideways push that is also given in depth.
+    lobe : float
+        Half thickness at most of fused hair, skirts and bags, metres.
+    """
+
+    resolution: int = 320
+    vertices: int = 36_000
+    reach: float = 0.12
+    rounds: int = 5
+    depth: float = 0.7
+    lobe: float = 0.09
+
+    def __post_init__(self) -> None:
+        if not 200 <= self.resolution <= 640:
+            raise InputError(f"resolution is {self.resolution}; expected 200 to 640 cells")
+        if not 25_000 <= self.vertices <= 200_000:
+            raise InputError(f"vertices is {self.vertices}; expected 25000 to 200000")
+        if not 1 <= self.rounds <= 20:
+            raise InputError(f"rounds is {self.rounds}; expected 1 to 20")
+        if not (0 <= self.reach <= 0.5 and 0 <= self.depth <= 2 and 0 <= self.lobe <= 0.5):
+            raise InputError("reach and lobe are metres from 0 to 0.5, depth a share from 0 to 2")
+
+
+def body_prior_surface(
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    *,
+    settings: SurfaceSettings | None = None,
+    progress: Progress | None = None,
+) -> Surface:
+    """Push the fitted body out (and in) to the mask's contour.
+
+    Parameters
+    ----------
+    subject : Subject
+        Its mask is what the front view must cover.
+    body : Body
+        In the frame of `camera`.
+    camera : OrthographicCamera
+        Of `subject.image`.
+
+    Returns
+    -------
+    Surface
+        One watertight piece with at least 25,000 vertices, grey. `provenance` holds `silhouette_iou` and its value for the bare body.
+
+    Raises
+    ------
+    InputError
+        An empty mask, or a body that does not overlap it.
+    """
+    settings = settings or SurfaceSettings()
+    steps = settings.rounds + 3
+    report = progress or (lambda done, total: None)
+    mask = np.asarray(subject.mask, np.float32)
+    person = mask > 0.5
+    if person.sum() < 64:
+        raise InputError("the subject's mask is empty; expected the person in it")
+    skin, faces, parts = _skin(body)
+    before = silhouette_iou(skin, faces, camera, mask)
+    if before < 0.2:
+        raise InputError(f"body and mask overlap by {before:.0%} only; fit the body to this photo first (a2v.body.fit_body)")
+
+    grid = _make_grid(skin, person, camera, settings)
+    mask_distance = _mask_distance(mask, camera, grid)
+    deformer = _Deformer(skin, faces)
+    for turn in range(settings.rounds):
+        skin = _pull_to_contour(skin, faces, parts, grid, mask_distance, deformer, settings, turn)
+        report(turn + 1, steps)
+
+    field = signed_distance(skin, faces, grid)
+    field = _close_head(field, skin, parts, grid)
+    report(settings.rounds + 1, steps)
+    field = _add_lobes(field, skin, faces, grid, mask_distance, settings)
+    # cut what sticks out of the mask by a rounded extrusion of it
+    field = np.maximum(field, np.minimum(mask_distance, 3 * grid.cell)[:, :, None])
+    vertices, triangles = _extract(field, grid, settings.vertices)
+    report(settings.rounds + 2, steps)
+    iou = silhouette_iou(vertices, triangles, camera, mask)
+    report(steps, steps)
+    return Surface(
+        vertices=vertices.astype(np.float32),
+        faces=triangles.astype(np.int32),
+        colors=np.full((len(vertices), 3), 0.7, np.float32),
+        provenance={"backend": "body-prior", "silhouette_iou": iou, "body_silhouette_iou": before, "cell": grid.cell},
+    )
+
+
+def _skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
+    """The body's outer skin: its largest connected piece (eyes and tongue are pieces of their own)."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    faces = np.asarray(body.faces, np.int64)
+    count = len(body.vertices)
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    _, label = connected_components(sp.csr_matrix((np.ones(len(edges)), tuple(edges.T)), (count, count)), directed=False)
+    main = np.bincount(label[faces[:, 0]]).argmax()
+    kept = np.zeros(count, bool)
+    kept[faces[label[faces[:, 0]] == main].ravel()] = True
+    number = np.cumsum(kept) - 1
+    own = faces[kept[faces[:, 0]]]
+    return np.asarray(body.vertices, np.float64)[kept], number[own], np.asarray(body.parts)[kept]
+
+
+def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings) -> Grid:
+    rows, columns = np.nonzero(person)
+    corners = camera.unproject(np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64), 0.0)
+    low = np.minimum(skin.min(axis=0), [*corners[0, :2], np.inf])
+    high = np.maximum(skin.max(axis=0), [*corners[1, :2], -np.inf])
+    cell = float((high - low).max() / settings.resolution)
+    border = np.array([6 * cell, 6 * cell, 6 * cell + 0.10])
+    shape = np.ceil((high - low + 2 * border) / cell).astype(int) + 1
+    return Grid(low - border, cell, (int(shape[0]), int(shape[1]), int(shape[2])))
+
+
+def _mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> FloatArray:
+    """Signed distance to the mask's contour (nx, ny), metres, negative inside, at the grid's columns; sub-pixel through the opacity."""
+    import cv2
+    from skimage.measure import find_contours
+
+    x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
+    pixels = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1)).astype(np.float32)
+    per_cell = camera.scale * grid.cell
+    soft = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.35 * per_cell))
+    padded = np.pad(soft, 1)
+    opacity = cv2.remap(soft, pixels[..., 0] - 0.5, pixels[..., 1] - 0.5, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+    contours = find_contours(padded, 0.5)
+    if not contours:
+        raise InputError("the subject's mask has no contour; expected a person before a background")
+    points = np.concatenate([contour[:, ::-1] - 0.5 for contour in contours])  # u, v: one of padding, half a pixel of centre
+    from scipy.spatial import cKDTree
+
+    distance = cKDTree(points).query(pixels.reshape(-1, 2), workers=1)[0].reshape(x.shape) / camera.scale
+    return np.where(opacity > 0.5, -distance, distance).astype(np.float32)
+
+
+class _Deformer:
+    """Smooth fields on the skin by screened diffusion with cotangent weights.
+
+    Harmonic rather than bi-Laplacian: a displacement never exceeds the constraints around it, so the face between two ears that are pulled
+    to the hair's contour cannot overshoot. A second, short diffusion takes the kinks off.
+    """
+
+    def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
+        import scipy.sparse as sp
+
+        count = len(vertices)
+        corners = vertices[faces]
+        rows, columns, values = [], [], []
+        for corner in range(3):
+            a, b = corners[:, (corner + 1) % 3] - corners[:, corner], corners[:, (corner + 2) % 3] - corners[:, corner]
+            sine = np.maximum(np.linalg.norm(np.cross(a, b), axis=1), 1e-12)
+            # negative cotangents (obtuse slivers) would break the maximum principle
+            values.append(np.clip((a * b).sum(axis=1) / sine, 0.01, 20.0) / 2)
+            rows.append(faces[:, (corner + 1) % 3])
+            columns.append(faces[:, (corner + 2) % 3])
+        row, column, value = np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+        adjacency = sp.csr_matrix((value, (row, column)), (count, count))
+        adjacency = adjacency + adjacency.T
+        self._stiffness = (sp.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsc()
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 6
+        self._mass = np.maximum(np.bincount(faces.ravel(), np.repeat(area, 3), minlength=count), 1e-9)
+
+    def spread(self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray) -> FloatArray:
+        """A field (V, k) near `target` (V, k) where `weight` (V,) in [0, 1] says so.
+
+        It keeps to the constraints over lengths of `near` metres and fades out over `fade` (V,) metres.
+        """
+        import scipy.sparse as sp
+        from scipy.sparse.linalg import splu
+
+        pull = weight * self._mass / near**2
+        rough = self._solve(self._stiffness + sp.diags(pull + self._mass / fade**2), pull[:, None] * target, splu)
+        return self._solve(sp.diags(self._mass) + near**2 * self._stiffness, self._mass[:, None] * rough, splu)
+
+    @staticmethod
+    def _solve(system: Any, right: FloatArray, splu: Any) -> FloatArray:
+        factor = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return np.asarray(factor.solve(np.ascontiguousarray(right)))
+
+
+def _sample(values: FloatArray, points: FloatArray, grid: Grid) -> FloatArray:
+    """Bilinear values of a column map (nx, ny) at x, y of points (N, >=2)."""
+    import cv2
+
+    place = ((points[:, :2] - grid.origin[:2]) / grid.cell).astype(np.float32)
+    out = [
+        cv2.remap(values, place[None, i : i + 30000, 1], place[None, i : i + 30000, 0], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+        for i in range(0, len(place), 30000)
+    ]
+    return np.concatenate(out)
+
+
+def _columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
+    """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where there is none."""
+    x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
+    front = cast_depth(raycasting_scene(skin, faces), x, y, float(skin[:, 2].max()) + 1)
+    mirrored = skin * np.array([1.0, 1.0, -1.0])
+    back = -cast_depth(raycasting_scene(mirrored, faces), x, y, float(mirrored[:, 2].max()) + 1)
+    return front, back
+
+
+def _signed(inside: BoolArray, cell: float) -> FloatArray:
+    """Signed distance of a binary map (negative inside), metres, contour between the nodes, lightly smoothed."""
+    import cv2
+
+    out = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 5)
+    into = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 5)
+    return cv2.GaussianBlur((np.where(inside, 0.5 - into, out - 0.5) * cell).astype(np.float32), (0, 0), 1.0)
+
+
+def _pull_to_contour(
+    skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, mask_distance: FloatArray, deformer: _Deformer, settings: SurfaceSettings, turn: int
+) -> FloatArray:
+    from a2v.body.parts import PARTS
+
+    front, _ = _columns_seen(skin, faces, grid)
+    own = _signed(np.isfinite(front), grid.cell)
+    slope_own = np.stack(np.gradient(own, grid.cell), axis=-1).astype(np.float32)
+    slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)
+    at_rim = np.abs(_sample(own, skin, grid)) < 1.5 * grid.cell
+    gap = _sample(mask_distance, skin, grid)
+    to_mask = np.stack([_sample(np.ascontiguousarray(slope_mask[..., i]), skin, grid) for i in (0, 1)], axis=1)
+    to_mask /= np.maximum(np.linalg.norm(to_mask, axis=1, keepdims=True), 1e-6)
+    outward = np.stack([_sample(np.ascontiguousarray(slope_own[..., i]), skin, grid) for i in (0, 1)], axis=1)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-6)
+    agreement = (to_mask * outward).sum(axis=1)
+    move = -gap[:, None] * to_mask
+    part = np.array(PARTS, dtype=object)[parts]
+    stiff = np.isin(part, ["left_hand", "right_hand", "left_foot", "right_foot"])
+    reach = np.where(stiff, 0.5, np.where(part == "head", 0.4, 1.0)) * settings.reach
+    good = at_rim & (agreement > 0.4) & (np.abs(gap) < reach)
+    weight = np.where(good, agreement, 0.0) * np.where(stiff, 0.3, 1.0)
+    normals = vertex_normals(skin, faces)
+    head = part == "head"
+    # the face keeps its shape: the contour around it is hair as often as skin
+    fade = np.where(head & (normals[:, 2] > 0.1), 0.025, np.where(head, 0.08, 0.25))
+    near = 0.02 if turn < settings.rounds // 2 else 0.01
+    flat = deformer.spread(weight, move, near=near, fade=fade)
+    # Loose cloth stands off all around: the push along the rim's outward direction becomes a push along the normals in depth.
+    push = deformer.spread(weight, (move * outward).sum(axis=1)[:, None], near=0.03, fade=np.minimum(fade, 0.12))[:, 0]
+    share = np.where(head, np.where(normals[:, 2] > 0, 0.0, 0.8), np.where(stiff, 0.3, 1.0)) * settings.depth
+    share = deformer.spread(np.ones(len(skin)), share[:, None], near=0.03, fade=np.full(len(skin), 10.0))[:, 0]
+    result = skin.copy()
+    result[:, :2] += np.clip(flat, -settings.reach, settings.reach)
+    result[:, 2] += np.clip(push, -0.02, 0.05) * share * normals[:, 2]
+    return result
+
+
+def _close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells below the skin (creases stay)."""
+    from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
+
+    head = skin[parts == 0]
+    if len(head) == 0:
+        return field
+    low = np.clip(((head.min(axis=0) - grid.origin) / grid.cell).astype(int) - 6, 0, None)
+    high = ((head.max(axis=0) - grid.origin) / grid.cell).astype(int) + 7
+    box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+    solid = field[box] < 0
+    cavity = binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1) & ~solid
+    field[box] = np.where(cavity, np.float32(-grid.cell), field[box])
+    return field
+
+
+def _add_lobes(
+    field: FloatArray, skin: FloatArray, faces: IntArray, grid: Grid, mask_distance: FloatArray, settings: SurfaceSettings
+) -> FloatArray:
+    """Fuse inflated volumes where the mask has something that the body does not reach."""
+    import cv2
+
+    front, back = _columns_seen(skin, faces, grid)
+    covered = np.isfinite(front)
+    wanted = mask_distance < 0
+    # slivers along the rim (under a centimetre and a half) are no hair and no skirt
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+    missing = cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
+    if not missing.any():
+        return field
+    # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
+    inner = np.where(wanted, -mask_distance, 0).astype(np.float32)
+    span = max(3, int(2 * settings.lobe / grid.cell)) | 1
+    radius = np.clip(cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))), 2 * grid.cell, settings.lobe)
+    radius = cv2.GaussianBlur(radius.astype(np.float32), (0, 0), span / 4)
+    depth = np.minimum(inner, radius)
+    half = np.sqrt(np.maximum(depth * (2 * radius - depth), 0))
+    # continue the body's middle and thickness into the lobe
+    nearest = _nearest_index(covered)
+    middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
+    middle = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
+    thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
+    near_thick = cv2.GaussianBlur(cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0)
+    half = np.minimum(half, np.maximum(0.5 * near_thick, 0.015))
+    half = np.maximum(half, 0.8 * grid.cell)
+    # fade out into the body over a few centimetres
+    into = cv2.distanceTransform((~missing).astype(np.uint8), cv2.DIST_L2, 5) * grid.cell
+    fade = np.clip(1.0 - into / 0.015, 0, 1)
+    z = grid.axis(2).astype(np.float32)
+    active = (into < 0.015) & wanted
+    i, j = np.nonzero(active)
+    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
+    limit = 3 * grid.cell
+    field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
+    return field
+
+
+def _nearest_index(known: BoolArray) -> tuple[IntArray, IntArray]:
+    from scipy.ndimage import distance_transform_edt
+
+    index = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    return index[0], index[1]
+
+
+def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
+    """Polynomial smooth union of two distance fields."""
+    mix = np.clip(width - np.abs(a - b), 0, None)
+    return np.minimum(a, b) - mix * mix / (4 * width)
+
+
+def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
+    """The largest closed piece of the zero level, even and with about `target` vertices."""
+    from scipy.ndimage import gaussian_filter, label
+    from skimage.measure import marching_cubes
+
+    field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
+    pieces, count = label(field < 0)
+    if count == 0:
+        raise InputError("nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)")
+    if count > 1:
+        main = np.bincount(pieces.ravel())[1:].argmax() + 1
+        field = np.where((pieces > 0) & (pieces != main), np.float32(0.5 * grid.cell), field)
+    hollows, count = label(field >= 0, structure=np.ones((3, 3, 3)))
+    if count > 1:  # bubbles inside
+        field = np.where((hollows > 0) & (hollows != hollows[0, 0, 0]), np.float32(-0.5 * grid.cell), field)
+    vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="ascent")
+    vertices = grid.origin + vertices * grid.cell
+    corners = vertices[faces]
+    if np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() < 0:
+        faces = faces[:, ::-1]
+    return _even_out(vertices, faces.astype(np.int64), target)
+
+
+def _even_out(vertices: FloatArray, faces: IntArray, target: int) -> tuple[FloatArray, IntArray]:
+    """Decimate towards `target` vertices and smooth without shrinking; any step that would open the surface is left out."""
+    import pymeshlab
+    import trimesh
+
+    def closed(v: FloatArray, f: IntArray) -> bool:
+        mesh = trimesh.Trimesh(v, f, process=False)
+        return bool(mesh.is_watertight and mesh.is_winding_consistent and mesh.body_count == 1 and mesh.volume > 0)
+
+    meshes: Any = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_coord_taubin_smoothing(stepsmoothnum=6)
+    best = (meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix())
+    if len(vertices) > 1.1 * target:
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=2 * target, preservetopology=True, preservenormal=True, qualitythr=0.5, planarquadric=True, optimalplacement=True
+        )
+    elif len(vertices) < 25_000:
+        meshes.meshing_surface_subdivision_loop(iterations=1, threshold=pymeshlab.PercentageValue(0))
+    meshes.apply_coord_taubin_smoothing(stepsmoothnum=4)
+    meshes.meshing_remove_unreferenced_vertices()
+    after = (meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix())
+    if closed(*after) and len(after[0]) >= 25_000:
+        best = after
+    result_vertices, result_faces = np.asarray(best[0]), np.asarray(best[1], np.int64)
+    # Taubin may rarely leave the piece's float dust; the largest closed piece is what counts
+    mesh = trimesh.Trimesh(result_vertices, result_faces, process=False)
+    if mesh.body_count > 1:
+        mesh = max(mesh.split(only_watertight=True), key=lambda piece: len(piece.faces))
+        result_vertices, result_faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, np.int64)
+    if mesh.volume < 0:
+        result_faces = result_faces[:, ::-1]
+    return result_vertices, result_faces

@@ -1,0 +1,233 @@
+"""Colours of a surface from the photo: projected where it saw it, by Eq. 14 elsewhere, in one texture."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.reconstruction.atlas import make_atlas
+from a2v.reconstruction.equation14 import solve_colors
+from a2v.reconstruction.prior import clean_colors, mirrored_prior, sample_image
+from a2v.reconstruction.visibility import depth_map, vertex_normals
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
+
+
+@dataclass(frozen=True)
+class ColorSettings:
+    """How the surface is coloured.
+
+    Attributes
+    ----------
+    lambda_nn : float
+        Weight of the neighbours in Eq. 14.
+    neighbors : int
+        Neighbours of a vertex in Eq. 14 (the paper's 10).
+    tolerance : float
+        Relative residual at which Eq. 14 counts as solved.
+    band : float
+        Width of the transition band behind the silhouette, metres: second term of Eq. 14 only.
+    texture : int
+        Width and height of the texture, texels; 0 for vertex colours alone.
+    """
+
+    lambda_nn: float = 1.0
+    neighbors: int = 10
+    tolerance: float = 1e-3
+    band: float = 0.015
+    texture: int = 2048
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.lambda_nn) and self.lambda_nn > 0):
+            raise InputError(f"lambda_nn is {self.lambda_nn}; expected a positive number")
+        if not 1 <= self.neighbors <= 64:
+            raise InputError(f"neighbors is {self.neighbors}; expected 1 to 64")
+        if not 0 < self.tolerance < 1:
+            raise InputError(f"tolerance is {self.tolerance}; expected a number between 0 and 1")
+        if self.texture and not 256 <= self.texture <= 4096:
+            raise InputError(f"texture is {self.texture}; expected 0, or 256 to 4096 texels")
+        if not 0 <= self.band <= 0.2:
+            raise InputError(f"band is {self.band}; expected 0 to 0.2 metres")
+
+
+def color_surface(
+    surface: Surface,
+    subject: Subject,
+    camera: OrthographicCamera,
+    *,
+    prior: FloatArray | None = None,
+    parts: IntArray | None = None,
+    settings: ColorSettings | None = None,
+    progress: Progress | None = None,
+) -> Surface:
+    """Colour `surface` from the photo (Sec. 4.2.1 and Eq. 14 of the journal paper).
+
+    Parameters
+    ----------
+    surface : Surface
+        Of any backend, in the frame of `camera`.
+    subject : Subject
+    camera : OrthographicCamera
+        Of `subject.image`.
+    prior : (V, 3), optional
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. Default: the front mirrored, hair on the
+        back of the head.
+    parts : (V,) int, optional
+        Body part of each vertex (`a2v.body.PARTS`); says what is the head. Default: from the landmarks.
+
+    Returns
+    -------
+    Surface
+        With `colors`, `visible`, and `uv` and `texture` unless ``settings.texture`` is 0. `provenance["eq14"]` reports iterations, residual
+        and objective.
+
+    Raises
+    ------
+    InputError
+        Arrays of the wrong shape, or a surface that the camera does not see.
+    """
+    from scipy.spatial import cKDTree
+
+    settings = settings or ColorSettings()
+    report = progress or (lambda done, total: None)
+    vertices = np.asarray(surface.vertices, np.float64)
+    faces = np.asarray(surface.faces, np.int64)
+    count = len(vertices)
+    if count <= settings.neighbors:
+        raise InputError(f"the surface has {count} vertices; expected more than {settings.neighbors}")
+    if prior is not None and np.shape(prior) != (count, 3):
+        raise InputError(f"prior has shape {np.shape(prior)}; expected ({count}, 3)")
+    if parts is not None and np.shape(parts) != (count,):
+        raise InputError(f"parts has shape {np.shape(parts)}; expected ({count},)")
+
+    normals = vertex_normals(surface.vertices, faces)
+    photo = _Projection(surface, subject, camera)
+    trust = photo.trust(vertices, normals)
+    seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
+    known = (trust > 0.5) & seen
+    if not known.any():
+        raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
+    report(1, 4)
+
+    # each vertex stands for a patch: average the photo over it
+    import cv2
+
+    spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * camera.scale
+    softened = cv2.GaussianBlur(photo.clean, (0, 0), 0.4 * spacing) if spacing > 1 else photo.clean
+    pixels = camera.project(vertices)
+    colors = np.clip(sample_image(softened, pixels), 0, 1).astype(np.float64)
+
+    from a2v.body.parts import PARTS
+
+    head = None if parts is None else np.isin(parts, [PARTS.index("head"), PARTS.index("neck")])
+    expected = mirrored_prior(vertices, normals, colors, known, photo.clean, subject, camera, head)
+    if prior is not None:
+        given = np.isfinite(prior).all(axis=1)
+        expected = np.where(given[:, None], np.nan_to_num(prior), expected)
+    tree = cKDTree(vertices)
+    _, neighbors = tree.query(vertices, k=settings.neighbors + 1, workers=1)
+    neighbors = _drop_self(np.asarray(neighbors), settings.neighbors)
+    # the band: what the photo saw at a glance, and what lies right behind the silhouette
+    reach, _ = cKDTree(vertices[known]).query(vertices, workers=1)
+    band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
+    start = np.where(known[:, None], colors, expected)
+    solution = solve_colors(
+        start, np.clip(expected, 0, 1), neighbors, ~known, band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance
+    )
+    final = np.clip(solution.colors, 0, 1)
+    report(2, 4)
+
+    uv = texture = None
+    if settings.texture:
+        uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture, camera)
+    report(4, 4)
+    provenance = dict(surface.provenance) | {
+        "eq14": {
+            "iterations": solution.iterations,
+            "residual": solution.residual,
+            "objective": solution.objective,
+            "free": int((~known).sum()),
+            "band": int(band.sum()),
+            "lambda_nn": settings.lambda_nn,
+        }
+    }
+    return dataclasses.replace(
+        surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance
+    )
+
+
+class _Projection:
+    """The photo as a projector: its clean colours, and how far to trust them at a point."""
+
+    def __init__(self, surface: Surface, subject: Subject, camera: OrthographicCamera) -> None:
+        import cv2
+
+        self.camera = camera
+        self.clean = clean_colors(subject)
+        height, width = subject.mask.shape
+        depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
+        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour from before
+        self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
+        person = (subject.mask > 0.5).astype(np.uint8)
+        self.inner = cv2.distanceTransform(cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
+        tall = float(np.ptp(np.nonzero(person)[0]) + 1)
+        self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
+
+    def _pixel(self, points: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
+        pixels = self.camera.project(points)
+        height, width = self.depth.shape
+        u, v = np.floor(pixels[:, 0]).astype(np.int64), np.floor(pixels[:, 1]).astype(np.int64)
+        within = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
+
+    def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
+        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are inside the photo."""
+        u, v, within = self._pixel(points)
+        return within & (self.depth[v, u] <= points[:, 2] + tolerance)
+
+    def trust(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """From 0 (unseen, grazing, or at the silhouette) to 1 (seen squarely) at points (N, 3)."""
+        u, v, within = self._pixel(points)
+        facing = np.clip((normals[:, 2] - 0.12) / 0.28, 0, 1)
+        inner = np.clip(self.inner[v, u] / self.edge - 0.5, 0, 1)
+        # softly closed behind occluding edges
+        behind = np.clip((points[:, 2] + 0.02 - self.depth[v, u]) / 0.012, 0, 1)
+        return facing * facing * (3 - 2 * facing) * inner * behind * within
+
+
+def _drop_self(neighbors: IntArray, count: int) -> IntArray:
+    """Rows of `count` neighbours without the vertex itself (which need not come first where points coincide)."""
+    own = neighbors == np.arange(len(neighbors))[:, None]
+    own[~own.any(axis=1), -1] = True
+    return neighbors[~own].reshape(len(neighbors), count)
+
+
+def _bake(
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, size: int, camera: OrthographicCamera
+) -> tuple[FloatArray, np.ndarray]:
+    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
+    import cv2
+    from scipy.ndimage import distance_transform_edt
+
+    atlas = make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
+    texture = np.zeros((size, size, 3), np.uint8)
+    for top in range(0, size, 256):
+        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
+        if not len(rows):
+            continue
+        rows = rows + top
+        corner = faces[atlas.face[rows, columns]]
+        weight = atlas.barycentric[rows, columns][..., None]
+        point = (vertices[corner] * weight).sum(axis=1)
+        normal = (normals[corner] * weight).sum(axis=1)
+        trust = photo.trust(point, normal)[:, None]
+        smooth = (colors[corner] * weight).sum(axis=1)
+        sharp = sample_image(photo.clean, camera.project(point))
+        mixed = trust * sharp + (1 - trust) * smooth
+        texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
+    # carry the charts' borders on, so that filtering and mipmaps see no gaps
+    index = distance_transform_edt(atlas.face < 0, return_distances=False, return_indices=True)
+    filled = texture[index[0], index[1]]
+    return atlas.uv, cv2.copyTo(filled, None) if filled.base is not None else filled

@@ -87,7 +87,7 @@ plt.imshow(subject.image)
 plt.scatter(pixels[:, 0], pixels[:, 1], s=0.2, c="tab:cyan")
 plt.title(f"{len(body.vertices)} vertices, {len(body.bone_names)} bones, {np.ptp(body.vertices[:, 1]):.2f} m high")
 plt.axis("off")
-fitted.nodes["body"].measures
+print({name: value for name, value in fitted.nodes["body"].measures.items() if isinstance(value, float)})
 
 # %% [markdown]
 # ## The surface with the photo's colours

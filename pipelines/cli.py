@@ -12,8 +12,10 @@ import difflib
 import errno
 import importlib
 import importlib.util
+import os
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from types import FrameType
 from typing import Any
@@ -38,6 +40,9 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if not sys.warnoptions and argv is None:  # libraries' warnings are for developers: python -W default shows them
+        warnings.simplefilter("ignore")
+        os.environ.setdefault("PYTHONWARNINGS", "ignore")  # in worker processes too
     before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
     try:
         return _run(arguments)

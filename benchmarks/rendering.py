@@ -45,12 +45,12 @@ def weld(surface: Surface) -> Surface:
     faces = index.ravel()[surface.faces].astype(np.int32)
     keep = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 0] != faces[:, 2])
     assert surface.uv is not None
-    return Surface(
-        vertices=vertices, faces=faces[keep], colors=np.full_like(vertices, 0.5), uv=surface.uv[keep], texture=surface.texture
-    )
+    return Surface(vertices=vertices, faces=faces[keep], colors=np.full_like(vertices, 0.5), uv=surface.uv[keep], texture=surface.texture)
 
 
-def ours(surface: Surface, settings: RenderSettings, scene: SceneSettings, camera: ViewCamera, reference: int, repeats: int) -> dict[str, Any]:
+def ours(
+    surface: Surface, settings: RenderSettings, scene: SceneSettings, camera: ViewCamera, reference: int, repeats: int
+) -> dict[str, Any]:
     """Pictures and times of a2v at every row of `OURS`."""
     renderer = Renderer(surface, settings, scene)
     truth = renderer.layers(surface.vertices, camera, spp=reference, seed=99).color
@@ -93,7 +93,13 @@ def theirs(
         data = dict(np.load(made))
     truth = data[f"picture{len(THEIRS)}"]
     rows = [
-        {"spp": samples, "denoised": bool(on), "psnr": psnr(data[f"picture{i}"], truth), "wall": float(data["wall"][i]), "cpu": float(data["cpu"][i])}
+        {
+            "spp": samples,
+            "denoised": bool(on),
+            "psnr": psnr(data[f"picture{i}"], truth),
+            "wall": float(data["wall"][i]),
+            "cpu": float(data["cpu"][i]),
+        }
         for i, (samples, on) in enumerate(THEIRS)
     ]
     return {"rows": rows, "truth": truth, "version": str(data["version"])}
@@ -138,7 +144,13 @@ def main() -> int:
             if row["denoised"]:
                 cost = seconds_at(b["rows"], row["psnr"])
                 result["equal_noise"].append(
-                    {"psnr": row["psnr"], "mitsuba_spp": row["spp"], "mitsuba": row["cpu"], "cycles": cost, "ratio": cost / row["cpu"] if cost else None}
+                    {
+                        "psnr": row["psnr"],
+                        "mitsuba_spp": row["spp"],
+                        "mitsuba": row["cpu"],
+                        "cycles": cost,
+                        "ratio": cost / row["cpu"] if cost else None,
+                    }
                 )
     if given.pictures:
         from PIL import Image
@@ -150,7 +162,9 @@ def main() -> int:
     print("| renderer | spp | denoised | PSNR dB | CPU s | wall s |\n|---|---|---|---|---|---|")
     for name, part in (("Mitsuba 3 (a2v)", a), ("Cycles", b)):
         for row in part["rows"] if part else []:
-            print(f"| {name} | {row['spp']} | {'yes' if row['denoised'] else 'no'} | {row['psnr']:.2f} | {row['cpu']:.2f} | {row['wall']:.2f} |")
+            print(
+                f"| {name} | {row['spp']} | {'yes' if row['denoised'] else 'no'} | {row['psnr']:.2f} | {row['cpu']:.2f} | {row['wall']:.2f} |"
+            )
     if b:
         print(f"\nThe two references agree to {result['cycles']['references_psnr']:.1f} dB.")
         for row in result["equal_noise"]:

@@ -88,7 +88,11 @@ def build(given: dict[str, np.ndarray], folder: Path) -> object:
     world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (*given["fill"].tolist(), 1)
     sun = bpy.data.lights.new("sun", "SUN")
-    sun.angle, sun.energy, sun.color = float(2 * given["sun_angle"]), float(np.pi * given["sun"].max()), (given["sun"] / given["sun"].max()).tolist()
+    sun.angle, sun.energy, sun.color = (
+        float(2 * given["sun_angle"]),
+        float(np.pi * given["sun"].max()),
+        (given["sun"] / given["sun"].max()).tolist(),
+    )
     lamp = bpy.data.objects.new("sun", sun)
     scene.collection.objects.link(lamp)
     orient(lamp, frame_along(given["sun_direction"]), given["sun_direction"] * 10)

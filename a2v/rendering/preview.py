@@ -68,7 +68,9 @@ def preview_surface(
         uv = (surface.uv[face] * weights[..., None]).sum(axis=1)
         x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
         y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
-        chunks = [cv2.remap(surface.texture, x[:, i : i + 30000], y[:, i : i + 30000], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], 30000)]
+        chunks = [
+            cv2.remap(surface.texture, x[:, i : i + 30000], y[:, i : i + 30000], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], 30000)
+        ]
         color = np.concatenate(chunks).reshape(-1, 3) / 255 if chunks else np.zeros((0, 3))
     else:
         color = (surface.colors[surface.faces[face]] * weights[..., None]).sum(axis=1)

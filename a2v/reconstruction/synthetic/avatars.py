@@ -15,32 +15,18 @@ from pathlib import Path
 
 import numpy as np
 
+from a2v.body.parts import PARTS
 from a2v.errors import InputError
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.reconstruction.synthetic.gltf import Gltf, read_glb
 from a2v.types import ByteArray, FloatArray, IntArray, Record, Surface
 
-AVATAR_PARTS: tuple[str, ...] = (
-    "torso",
-    "head",
-    "left_upper_arm",
-    "left_forearm",
-    "left_hand",
-    "right_upper_arm",
-    "right_forearm",
-    "right_hand",
-    "left_thigh",
-    "left_shin",
-    "left_foot",
-    "right_thigh",
-    "right_shin",
-    "right_foot",
-)
-"""Body parts of `Avatar.parts`."""
+AVATAR_PARTS: tuple[str, ...] = PARTS
+"""Body parts of `Avatar.parts`: the same as of every `Body`."""
 
 _PART_OF_BONE = {
     "Arm": "upper_arm",
-    "ForeArm": "forearm",
+    "ForeArm": "lower_arm",
     "Hand": "hand",
     "FingerBase": "hand",
     "UpLeg": "thigh",
@@ -63,7 +49,9 @@ def part_of_bone(name: str) -> str:
             return f"{side.lower()}_{_PART_OF_BONE.get(rest, 'hand')}"
         if rest.startswith("Eye"):
             return "head"
-    return "head" if stem.startswith(("Head", "Neck")) else "torso"
+    if stem.startswith("Neck"):
+        return "neck"
+    return "head" if stem.startswith("Head") else "torso"
 
 
 @dataclass(frozen=True, kw_only=True)

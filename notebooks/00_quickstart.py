@@ -19,6 +19,7 @@
 
 # %%
 import os
+import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -32,6 +33,7 @@ from pipelines.progress import Bars
 from pipelines.run import run
 from pipelines.store import Store
 
+warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
 
 # %% [markdown]
@@ -133,7 +135,8 @@ character, poses = moved.get("character", Character), moved.get("poses", Poses)
 path = poses.bone_transforms[:, 0, :3, 3]
 plt.figure(figsize=(4, 3))
 plt.plot(path[:, 0], path[:, 2])
-plt.gca().set(xlabel="x, m", ylabel="z, m", aspect="equal", title="path of the pelvis over the ground")
+plt.gca().set(xlabel="x, m", ylabel="z, m", title="path of the pelvis over the ground")
+plt.axis("equal")
 print(f"{poses.bone_transforms.shape[0]} frames of {len(character.body.bone_names)} bones at {poses.fps:g} fps")
 
 # %% [markdown]

@@ -109,26 +109,57 @@ class Detector:
         detection = Detection(keypoints, world, mask)
         return detection if _is_plausible(detection) else None
 
-    def people(self, picture: ByteArray, *, limit: int = 5) -> list[Detection]:
-        """Several people of `picture` (H, W, 3) uint8, largest first.
+    def people(self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None) -> list[Detection]:
+        """Several people of `picture` (H, W, 3) uint8, largest first, in its pixels.
+
+        `full` is the same picture at full resolution, where tiles are cut from.
 
         Each person found is painted over before the next search, first in the whole picture and then, while nobody
-        was found, in overlapping tiles of a half and of a quarter of its longer side (small people in large photos).
+        was found, in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
+        third of its picture.
         """
+        import cv2
+
         found = self._search(picture, limit)
-        height, width = picture.shape[:2]
-        for part in (2, 4):
+        size = (picture.shape[1], picture.shape[0])
+        full = picture if full is None else full
+        height, width = full.shape[:2]
+        back = size[0] / width
+        for part in (2, 4, 8):
             side = max(height, width) // part
-            if found or side < 96:
+            if found or side < 160:
                 break
             for top in _starts(height, side):
                 for left in _starts(width, side):
-                    tile = picture[top : top + side, left : left + side]
+                    tile = full[top : top + side, left : left + side]
+                    shrink = max(1.0, side / 512)
+                    if shrink > 1:
+                        reduced = (max(1, round(tile.shape[1] / shrink)), max(1, round(tile.shape[0] / shrink)))
+                        tile = cv2.resize(tile, reduced, interpolation=cv2.INTER_AREA)
+                    if float(tile.std(axis=(0, 1)).max()) < 4:  # sky
+                        continue
                     for person in self._search(tile, 2):
-                        placed = person.scaled(1.0, (left, top), (width, height))
+                        whole = self._around(full, person.scaled(shrink, (left, top), (1, 1)).keypoints[:, :2], back, size)
+                        placed = whole or person.scaled(shrink * back, (left * back, top * back), size)
                         if not any(_overlap(placed.mask > 0.5, other.mask > 0.5) > 0.3 for other in found):
                             found.append(placed)
         return sorted(found, key=lambda person: -person.area)
+
+    def _around(self, full: ByteArray, points: FloatArray, back: float, size: tuple[int, int]) -> Detection | None:
+        """Search again around a person whom a tile's edge may have cut."""
+        import cv2
+
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, half = (low + high) / 2, 0.85 * float((high - low).max())
+        left, top = (max(0, int(x)) for x in middle - half)
+        right, bottom = (int(x) for x in np.ceil(np.minimum(middle + half, (full.shape[1], full.shape[0]))))
+        tile = full[top:bottom, left:right]
+        if min(tile.shape[:2]) < 16:
+            return None
+        shrink = max(1.0, max(tile.shape[:2]) / 512)
+        reduced = (max(1, round(tile.shape[1] / shrink)), max(1, round(tile.shape[0] / shrink)))
+        person = self.one(cv2.resize(tile, reduced, interpolation=cv2.INTER_AREA))
+        return None if person is None else person.scaled(shrink * back, (left * back, top * back), size)
 
     def _search(self, picture: ByteArray, limit: int) -> list[Detection]:
         import cv2
@@ -154,7 +185,7 @@ def _starts(length: int, side: int) -> list[int]:
     if length <= side:
         return [0]
     count = int(np.ceil((length - side) / (side / 2))) + 1
-    return [int(round(start)) for start in np.linspace(0, length - side, count)]
+    return [round(float(start)) for start in np.linspace(0, length - side, count)]
 
 
 def _overlap(a: BoolArray, b: BoolArray) -> float:

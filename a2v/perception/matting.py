@@ -65,7 +65,7 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
     cut = (result == cv2.GC_FGD) | (result == cv2.GC_PR_FGD)
     cut = np.where(_contrast(small, depth_in, depth_out, radius) > 12.0, cut, inside)
     smooth = cv2.GaussianBlur(cut.astype(np.float32), (0, 0), 0.8)
-    return cv2.resize(smooth, (columns, rows), interpolation=cv2.INTER_CUBIC) > 0.5
+    return np.asarray(cv2.resize(smooth, (columns, rows), interpolation=cv2.INTER_CUBIC) > 0.5)
 
 
 def _contrast(image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, radius: float) -> FloatArray:
@@ -80,7 +80,7 @@ def _contrast(image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, rad
         total = cv2.GaussianBlur(weight, (0, 0), reach)
         mean = cv2.GaussianBlur(lab * weight[..., None], (0, 0), reach) / np.maximum(total, 1e-4)[..., None]
         means.append(mean)
-    return np.linalg.norm(means[0] - means[1], axis=-1)
+    return np.asarray(np.linalg.norm(means[0] - means[1], axis=-1))
 
 
 def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
@@ -114,7 +114,7 @@ def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     try:
         solution = cg(system, right_side, x0=known_alpha[free].copy(), M=ichol(system), rtol=1e-4, maxiter=1000)
     except ValueError:  # no convergence or a broken-down factorisation: the binary cut is a fair answer
-        return cv2.GaussianBlur(cut.astype(np.float32), (0, 0), 0.7)
+        return np.asarray(cv2.GaussianBlur(cut.astype(np.float32), (0, 0), 0.7))
     filled = known_alpha.copy()
     filled[free] = np.clip(solution, 0, 1)
     alpha[window] = filled.reshape(alpha[window].shape)
@@ -133,7 +133,7 @@ def keep_person(mask: BoolArray, *, minimum: float = 0.02) -> BoolArray:
     kept = (areas >= minimum * areas.max())[labels] & mask
     count, labels, stats, _ = cv2.connectedComponentsWithStats((~kept).astype(np.uint8), connectivity=4)
     holes = stats[:, cv2.CC_STAT_AREA] < max(4.0, 0.001 * kept.sum())
-    return kept | (holes[labels] & ~kept)
+    return np.asarray(kept | (holes[labels] & ~kept))
 
 
 def keep_soft(alpha: FloatArray) -> FloatArray:

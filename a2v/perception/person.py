@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.perception.landmarks import INDEX, LANDMARKS, LIMBS
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
+
+if TYPE_CHECKING:
+    from a2v.perception.detector import Detection, Detector
 
 
 @dataclass(frozen=True)
@@ -180,20 +184,22 @@ def _locate(
     with Detector(settings.confidence) as detector:
         if mask is not None or keypoints is not None:
             # the user says where the person is: look only there
-            hint = mask if mask is not None else _thicken(keypoints, height, width)  # type: ignore[arg-type]
+            hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
+            assert hint is not None  # one of the two is given
             box = _crop_box(hint, keypoints if keypoints is not None else None, (width, height), 0.15)
             person = _detect_in(detector, rgb, box, hint if mask is not None else None)
             if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
                 person = None
             if person is None and keypoints is None:
                 raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
-            points = keypoints if keypoints is not None else person.keypoints  # type: ignore[union-attr]
+            points = keypoints if keypoints is not None or person is None else person.keypoints
+            assert points is not None
             points_3d = person.keypoints_3d if person is not None else unknown_3d
             rough = mask if mask is not None else person.mask if person is not None else hint
             return points, points_3d, rough, None
 
         reduced, scale = _reduce(rgb, 1280)
-        people = detector.people(reduced)
+        people = detector.people(reduced, full=rgb)
         if not people:
             raise InputError(_NOBODY)
         best = people[0].scaled(scale, (0.0, 0.0), (width, height))
@@ -210,7 +216,9 @@ def _locate(
     return best.keypoints, best.keypoints_3d, best.mask, others
 
 
-def _detect_in(detector, rgb, box, mask, others=None):  # type: ignore[no-untyped-def]
+def _detect_in(
+    detector: Detector, rgb: ByteArray, box: tuple[int, int, int, int], mask: FloatArray | None, others: BoolArray | None = None
+) -> Detection | None:
     """The person inside `box` of the photo, in the photo's pixels; the background of a given mask is neutralised."""
     import cv2
 
@@ -238,7 +246,7 @@ def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
     return _resize(picture, size), scale
 
 
-def _resize(picture, size):  # type: ignore[no-untyped-def]
+def _resize(picture: Any, size: tuple[int, int]) -> Any:
     import cv2
 
     if (picture.shape[1], picture.shape[0]) == size:
@@ -267,7 +275,7 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
     for first, second in LIMBS:
         a, b = INDEX[first], INDEX[second]
         if seen[a] and seen[b]:
-            ends = [tuple(int(round(x)) for x in keypoints[i, :2]) for i in (a, b)]
+            ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]
             cv2.line(canvas, ends[0], ends[1], 255, thick)
     trunk = [INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
     if seen[trunk].all():

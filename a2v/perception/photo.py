@@ -12,7 +12,7 @@ from a2v.errors import InputError
 from a2v.types import ByteArray, FloatArray
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
+    from PIL.Image import Image as PillowImage
 
 MIN_SIDE = 128
 """Smallest width and height of a photo, pixels."""
@@ -63,7 +63,7 @@ def decode_mask(data: bytes, name: str = "mask") -> FloatArray:
     pixels = _decode(data, name, minimum=1)
     if pixels.shape[2] == 4 and (pixels[..., 3] != 255).any():
         return pixels[..., 3].astype(np.float32) / np.float32(255)
-    return pixels[..., :3].max(axis=2).astype(np.float32) / np.float32(255)
+    return np.asarray(pixels[..., :3].max(axis=2) / np.float32(255), np.float32)
 
 
 def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
@@ -79,7 +79,7 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of sizes that are refused below anyway, and of odd metadata
         try:
-            image: Image = Image.open(io.BytesIO(data), formats=_FORMATS)
+            image: PillowImage = Image.open(io.BytesIO(data), formats=_FORMATS)
         except Image.DecompressionBombError:
             raise InputError(f"{name} is far too large; {too_large}") from None
         except Exception:  # Pillow's plug-ins raise many kinds for damaged headers
@@ -98,7 +98,7 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
             raise InputError(f"{name} is damaged or truncated ({error}); copy or export the photo again") from None
 
 
-def _to_srgb(image: Image) -> Image:
+def _to_srgb(image: PillowImage) -> PillowImage:
     """Apply an embedded profile (phones save Display P3, print shops CMYK); a broken profile is ignored."""
     from PIL import ImageCms
 
@@ -118,7 +118,7 @@ def _to_srgb(image: Image) -> Image:
     return converted
 
 
-def _to_bytes(image: Image) -> ByteArray:
+def _to_bytes(image: PillowImage) -> ByteArray:
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         values = np.asarray(image, dtype=np.float32)
         if not np.isfinite(values).all():

@@ -105,7 +105,7 @@ def _directions(normals: FloatArray, neighbors: IntArray) -> IntArray:
     for _ in range(8):
         votes = own + sum(0.35 * (label[neighbors[:, side], None] == np.arange(6)) for side in range(3))
         label = np.where(own > -1, votes, -np.inf).argmax(axis=1)
-    return label
+    return np.asarray(label)
 
 
 def _charts(

@@ -100,10 +100,12 @@ def body_prior_surface(
     grid = _make_grid(skin, person, camera, settings)
     mask_distance = _mask_distance(mask, camera, grid)
     deformer = _Deformer(skin, faces)
+    bare = skin
     for turn in range(settings.rounds):
         skin = _pull_to_contour(skin, faces, parts, grid, mask_distance, deformer, settings, turn)
         report(turn + 1, steps)
 
+    skin = _drape(skin, faces, parts, deformer, bare)
     field = signed_distance(skin, faces, grid)
     field = _close_head(field, skin, parts, grid)
     report(settings.rounds + 1, steps)
@@ -111,6 +113,7 @@ def body_prior_surface(
     # cut what sticks out of the mask by a rounded extrusion of it
     field = np.maximum(field, np.minimum(mask_distance, 3 * grid.cell)[:, :, None])
     vertices, triangles = _extract(field, grid, settings.vertices)
+    vertices = _restore_face(vertices, skin, faces, parts, grid.cell)
     report(settings.rounds + 2, steps)
     iou = silhouette_iou(vertices, triangles, camera, mask)
     report(steps, steps)
@@ -167,7 +170,7 @@ def _mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> 
     points = np.concatenate([contour[:, ::-1] - 0.5 for contour in contours])  # u, v: one of padding, half a pixel of centre
     from scipy.spatial import cKDTree
 
-    distance = cKDTree(points).query(pixels.reshape(-1, 2), workers=1)[0].reshape(x.shape) / camera.scale
+    distance = np.reshape(cKDTree(points).query(pixels.reshape(-1, 2), workers=1)[0], x.shape) / camera.scale
     return np.where(opacity > 0.5, -distance, distance).astype(np.float32)
 
 
@@ -222,7 +225,9 @@ def _sample(values: FloatArray, points: FloatArray, grid: Grid) -> FloatArray:
 
     place = ((points[:, :2] - grid.origin[:2]) / grid.cell).astype(np.float32)
     out = [
-        cv2.remap(values, place[None, i : i + 30000, 1], place[None, i : i + 30000, 0], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+        cv2.remap(values, place[None, i : i + 30000, 1], place[None, i : i + 30000, 0], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[
+            0
+        ]
         for i in range(0, len(place), 30000)
     ]
     return np.concatenate(out)
@@ -243,11 +248,18 @@ def _signed(inside: BoolArray, cell: float) -> FloatArray:
 
     out = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 5)
     into = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 5)
-    return cv2.GaussianBlur((np.where(inside, 0.5 - into, out - 0.5) * cell).astype(np.float32), (0, 0), 1.0)
+    return np.asarray(cv2.GaussianBlur((np.where(inside, 0.5 - into, out - 0.5) * cell).astype(np.float32), (0, 0), 1.0))
 
 
 def _pull_to_contour(
-    skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, mask_distance: FloatArray, deformer: _Deformer, settings: SurfaceSettings, turn: int
+    skin: FloatArray,
+    faces: IntArray,
+    parts: IntArray,
+    grid: Grid,
+    mask_distance: FloatArray,
+    deformer: _Deformer,
+    settings: SurfaceSettings,
+    turn: int,
 ) -> FloatArray:
     from a2v.body.parts import PARTS
 
@@ -271,7 +283,7 @@ def _pull_to_contour(
     normals = vertex_normals(skin, faces)
     head = part == "head"
     # the face keeps its shape: the contour around it is hair as often as skin
-    fade = np.where(head & (normals[:, 2] > 0.1), 0.025, np.where(head, 0.08, 0.25))
+    fade = np.where(head & (normals[:, 2] > 0.35), 0.04, np.where(head, 0.2, 0.25))
     near = 0.02 if turn < settings.rounds // 2 else 0.01
     flat = deformer.spread(weight, move, near=near, fade=fade)
     # Loose cloth stands off all around: the push along the rim's outward direction becomes a push along the normals in depth.
@@ -282,6 +294,27 @@ def _pull_to_contour(
     result[:, :2] += np.clip(flat, -settings.reach, settings.reach)
     result[:, 2] += np.clip(push, -0.02, 0.05) * share * normals[:, 2]
     return result
+
+
+def _drape(skin: FloatArray, faces: IntArray, parts: IntArray, deformer: _Deformer, bare: FloatArray) -> FloatArray:
+    """Smooth the forms of the body where cloth was pushed away from it: a loose jacket shows no navel."""
+    from a2v.body.parts import PARTS
+
+    covered: BoolArray = np.isin(
+        parts, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh", "left_upper_arm", "right_upper_arm")]
+    )
+    normals = vertex_normals(bare, faces)
+    stand_off = np.clip(((skin - bare) * normals).sum(axis=1), 0, None)
+    every = np.full(len(skin), 10.0)
+    # mean of the stand-off around the limb, not of the rim alone
+    loose: FloatArray = deformer.spread(np.where(covered, 1.0, 0.2), stand_off[:, None], near=0.06, fade=every)[:, 0]
+    loose = np.where(covered, np.clip(loose / 0.012, 0, 1), 0.0)
+    share = deformer.spread(np.ones(len(skin)), loose[:, None], near=0.03, fade=every)[:, 0]
+    smooth = deformer.spread(np.ones(len(skin)), skin - bare.mean(axis=0), near=0.035, fade=every) + bare.mean(axis=0)
+    # the rim stays where the photo has it
+    change = (smooth - skin) * share[:, None]
+    change[:, :2] = 0.0
+    return np.asarray(skin + change)
 
 
 def _close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
@@ -311,7 +344,9 @@ def _add_lobes(
     wanted = mask_distance < 0
     # slivers along the rim (under a centimetre and a half) are no hair and no skirt
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-    missing = cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
+    missing = (
+        cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
+    )
     if not missing.any():
         return field
     # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
@@ -326,7 +361,9 @@ def _add_lobes(
     middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
     middle = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
     thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
-    near_thick = cv2.GaussianBlur(cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0)
+    near_thick = cv2.GaussianBlur(
+        cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0
+    )
     half = np.minimum(half, np.maximum(0.5 * near_thick, 0.015))
     half = np.maximum(half, 0.8 * grid.cell)
     # fade out into the body over a few centimetres
@@ -351,7 +388,7 @@ def _nearest_index(known: BoolArray) -> tuple[IntArray, IntArray]:
 def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
     """Polynomial smooth union of two distance fields."""
     mix = np.clip(width - np.abs(a - b), 0, None)
-    return np.minimum(a, b) - mix * mix / (4 * width)
+    return np.asarray(np.minimum(a, b) - mix * mix / (4 * width))
 
 
 def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
@@ -375,6 +412,24 @@ def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, In
     if np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() < 0:
         faces = faces[:, ::-1]
     return _even_out(vertices, faces.astype(np.int64), target)
+
+
+def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float) -> FloatArray:
+    """Lay the head's vertices back on the skin that the grid has blunted, where it is within a cell."""
+    own = faces[(parts[faces] == 0).all(axis=1)]
+    if not len(own):
+        return vertices
+    scene = raycasting_scene(skin, own)
+    low, high = skin[own].min(axis=(0, 1)) - cell, skin[own].max(axis=(0, 1)) + cell
+    index = np.nonzero(((vertices > low) & (vertices < high)).all(axis=1))[0]
+    if not len(index):
+        return vertices
+    closest = scene.compute_closest_points(vertices[index].astype(np.float32))["points"].numpy()
+    shift = closest - vertices[index]
+    far = np.linalg.norm(shift, axis=1) / cell
+    result = vertices.copy()
+    result[index] += shift * np.clip(2.0 - 2.0 * far, 0, 1)[:, None] * 0.8
+    return result
 
 
 def _even_out(vertices: FloatArray, faces: IntArray, target: int) -> tuple[FloatArray, IntArray]:

@@ -127,8 +127,7 @@ def color_surface(
         given = np.isfinite(prior).all(axis=1)
         expected = np.where(given[:, None], np.nan_to_num(prior), expected)
     tree = cKDTree(vertices)
-    _, neighbors = tree.query(vertices, k=settings.neighbors + 1, workers=1)
-    neighbors = _drop_self(np.asarray(neighbors), settings.neighbors)
+    neighbors = _drop_self(np.asarray(tree.query(vertices, k=settings.neighbors + 1, workers=1)[1]), settings.neighbors)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     reach, _ = cKDTree(vertices[known]).query(vertices, workers=1)
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
@@ -153,9 +152,7 @@ def color_surface(
             "lambda_nn": settings.lambda_nn,
         }
     }
-    return dataclasses.replace(
-        surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance
-    )
+    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
 
 
 class _Projection:
@@ -185,7 +182,7 @@ class _Projection:
     def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
         """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are inside the photo."""
         u, v, within = self._pixel(points)
-        return within & (self.depth[v, u] <= points[:, 2] + tolerance)
+        return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
 
     def trust(self, points: FloatArray, normals: FloatArray) -> FloatArray:
         """From 0 (unseen, grazing, or at the silhouette) to 1 (seen squarely) at points (N, 3)."""
@@ -194,18 +191,24 @@ class _Projection:
         inner = np.clip(self.inner[v, u] / self.edge - 0.5, 0, 1)
         # softly closed behind occluding edges
         behind = np.clip((points[:, 2] + 0.02 - self.depth[v, u]) / 0.012, 0, 1)
-        return facing * facing * (3 - 2 * facing) * inner * behind * within
+        return np.asarray(facing * facing * (3 - 2 * facing) * inner * behind * within)
 
 
 def _drop_self(neighbors: IntArray, count: int) -> IntArray:
     """Rows of `count` neighbours without the vertex itself (which need not come first where points coincide)."""
     own = neighbors == np.arange(len(neighbors))[:, None]
     own[~own.any(axis=1), -1] = True
-    return neighbors[~own].reshape(len(neighbors), count)
+    return np.asarray(neighbors[~own].reshape(len(neighbors), count))
 
 
 def _bake(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, size: int, camera: OrthographicCamera
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    photo: _Projection,
+    size: int,
+    camera: OrthographicCamera,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
     import cv2

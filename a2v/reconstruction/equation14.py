@@ -37,7 +37,9 @@ class ColorSolution:
     objective: float
 
 
-def color_objective(colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float) -> float:
+def color_objective(
+    colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
+) -> float:
     """Value of Eq. 14 at `colors` (V, 3); the other parameters as for `solve_colors`."""
     data = np.linalg.norm(colors - prior, axis=1)[free & ~band].sum()
     smooth = np.linalg.norm(colors[free][:, None] - colors[neighbors[free]], axis=2).mean(axis=1).sum()
@@ -149,7 +151,8 @@ def solve_colors(
         slack = argument * np.maximum(0.0, 1.0 - (weight / rho) / np.maximum(length, 1e-300))[:, None]
         dual = argument - slack
         if iteration % 10 == 0 or iteration == max_iterations:
-            primal = float(np.linalg.norm(gap - slack)) / max(float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * norm_target)
+            size = max(float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * float(norm_target))
+            primal = float(np.linalg.norm(gap - slack)) / size
             moved = float(np.linalg.norm(transposed @ (slack - previous)))
             dual_scale = float(np.linalg.norm(transposed @ np.where(np.arange(terms)[:, None] >= len(pair), dual, 0.0)))
             backward = moved / max(dual_scale, 1e-3)

@@ -47,11 +47,17 @@ def head_box(subject: Subject, *, least: float = 0.3) -> tuple[float, float, flo
     rows = np.nonzero(subject.mask.max(axis=1) > 0.5)[0]
     middle = float(np.concatenate([eyes, sides])[:, 0].mean())
     top = max(float(rows[0]) if len(rows) else 0.0, eye_line - 4.0 * unit)
-    return middle - 2.6 * unit, top, middle + 2.6 * unit, eye_line + 2.1 * unit, eye_line
+    return middle - 2.0 * unit, top, middle + 2.0 * unit, eye_line + 2.1 * unit, eye_line
 
 
 def mirrored_prior(
-    vertices: FloatArray, normals: FloatArray, colors: FloatArray, known: BoolArray, clean: FloatArray, subject: Subject, camera: OrthographicCamera,
+    vertices: FloatArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    known: BoolArray,
+    clean: FloatArray,
+    subject: Subject,
+    camera: OrthographicCamera,
     head: BoolArray | None,
 ) -> FloatArray:
     """Prior colours (V, 3) for Eq. 14.
@@ -69,7 +75,6 @@ def mirrored_prior(
         Vertices of the head; guessed from the landmarks where None.
     """
     import cv2
-    from scipy.spatial import cKDTree
 
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
@@ -78,33 +83,53 @@ def mirrored_prior(
     if box is None:
         return prior
     left, top, right, chin, eye_line = box
+    unit = (chin - eye_line) / 2.1
     pixels = camera.project(vertices)
     inside = (pixels[:, 0] > left) & (pixels[:, 0] < right) & (pixels[:, 1] < chin) & (pixels[:, 1] > top - 0.05 * tall)
     if head is not None:
         inside &= head
-    if not inside.any():
-        return prior
-    crown = inside & known & (pixels[:, 1] < top + 0.4 * (eye_line - top))
+    middle = (left + right) / 2
+    crown = inside & known & (pixels[:, 1] < top + 0.28 * (eye_line - top))
+    cheeks = (
+        inside & known & (np.abs(pixels[:, 0] - middle) < unit) & (pixels[:, 1] > eye_line + 0.3 * unit) & (pixels[:, 1] < eye_line + unit)
+    )
     if crown.sum() < 5:
-        crown = inside & known & (pixels[:, 1] < eye_line)
-    if crown.sum() < 5:
         return prior
-    # the darkest-to-median half votes down highlights and a bit of forehead
     typical = np.median(colors[crown], axis=0)
-    near = np.linalg.norm(colors - typical, axis=1)
-    hair = np.nonzero(crown & (near <= np.median(near[crown]) + 0.02))[0]
-    depth = vertices[inside & known, 2]
-    hinge = float(np.median(vertices[inside, 2])) if len(depth) == 0 else float(np.percentile(vertices[inside, 2], 55))
-    nape = pixels[:, 1] < chin - 0.25 * (chin - eye_line)
-    behind = inside & ~known & nape & ((vertices[:, 2] < hinge) | (pixels[:, 1] < eye_line - 0.3 * (eye_line - top)))
-    target = np.nonzero(behind)[0]
+    skin = np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else typical
+    hinge = float(np.percentile(vertices[inside, 2], 60))
+    nape = eye_line + 1.3 * unit
+    behind = inside & ~known & ((vertices[:, 2] < hinge) | (pixels[:, 1] < eye_line - 0.4 * (eye_line - top)))
+
+    # Neck below the hair: skin where the front shows the mouth and the chin, else the mirrored collar.
+    neck = np.nonzero(behind & (pixels[:, 1] >= nape) & (np.abs(pixels[:, 0] - middle) < 1.5 * unit))[0]
+    prior[neck] = 0.92 * skin
+    # The crown's texture, stretched down to the nape: strands, or the stripes of a hat.
+    target = np.nonzero(behind & (pixels[:, 1] < nape))[0]
     if len(target):
-        # spread the crown's strands over the back: nearest by height angle rather than by distance alone
-        scale = np.array([1.0, 0.35, 0.2])
-        _, nearest = cKDTree(vertices[hair] * scale).query(vertices[target] * scale, k=min(4, len(hair)), workers=1)
-        nearest = np.asarray(nearest).reshape(len(target), -1)
-        prior[target] = 0.5 * colors[hair][nearest].mean(axis=1) + 0.5 * typical
+        row = np.clip(pixels[target, 1], top, nape)
+        source_row = top + (row - top) * 0.42 * (eye_line - top) / max(nape - top, 1.0)
+        centers, halves = _row_extents(person, left, right)
+        place, source = (np.clip(r.astype(int), 0, len(centers) - 1) for r in (row, source_row))
+        across = (pixels[target, 0] - centers[place]) / np.maximum(halves[place], 1.0)
+        column = centers[source] + np.clip(across, -0.85, 0.85) * halves[source]
+        soft = cv2.GaussianBlur(clean, (0, 0), max(0.6, 0.0015 * tall))
+        found = sample_image(soft, np.stack([column, source_row], axis=1))
+        # a forehead is no hair
+        bare = np.linalg.norm(found - skin, axis=1) < np.linalg.norm(found - typical, axis=1)
+        prior[target] = np.where(bare[:, None], typical, found)
     return prior
+
+
+def _row_extents(person: BoolArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
+    """Middle and half width of the head in each row of the mask, between the columns `left` and `right`, pixels."""
+    low, high = max(0, int(left)), min(person.shape[1], int(right) + 1)
+    window = person[:, low:high]
+    first = window.argmax(axis=1) + low
+    last = high - window[:, ::-1].argmax(axis=1)
+    empty = ~window.any(axis=1)
+    first[empty], last[empty] = int((left + right) / 2), int((left + right) / 2) + 1
+    return (first + last) / 2, (last - first) / 2
 
 
 def sample_image(image: FloatArray | ByteArray, pixels: FloatArray) -> FloatArray:

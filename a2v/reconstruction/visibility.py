@@ -14,7 +14,7 @@ def raycasting_scene(vertices: FloatArray, faces: IntArray) -> Any:
     """An Open3D ray casting scene of one triangle mesh: vertices (V, 3) metres, faces (F, 3)."""
     import open3d as o3d
 
-    scene = o3d.t.geometry.RaycastingScene()
+    scene: Any = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
     return scene
 
@@ -50,9 +50,7 @@ def visible_vertices(vertices: FloatArray, faces: IntArray, *, tolerance: float 
     return near & (vertex_normals(vertices, faces)[:, 2] > 0)
 
 
-def silhouette_iou(
-    vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray
-) -> float:
+def silhouette_iou(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:
     """Intersection over union of the surface's silhouette in the photo and ``mask > 0.5`` (H, W)."""
     seen = np.isfinite(depth_map(vertices, faces, camera, (mask.shape[1], mask.shape[0])))
     person = mask > 0.5
@@ -67,4 +65,4 @@ def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     corners = np.asarray(vertices, np.float64)[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.stack([np.bincount(faces.ravel(), np.repeat(normals[:, axis], 3), minlength=len(vertices)) for axis in range(3)], axis=1)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20))

@@ -19,7 +19,7 @@ class Grid:
 
     def axis(self, axis: int) -> FloatArray:
         """Coordinates of the nodes along one axis, metres."""
-        return self.origin[axis] + self.cell * np.arange(self.shape[axis])
+        return np.asarray(self.origin[axis] + self.cell * np.arange(self.shape[axis]))
 
 
 def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArray:

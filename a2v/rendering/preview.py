@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from a2v.types import ByteArray, FloatArray, Surface
@@ -54,7 +56,7 @@ def preview_surface(
     ticks = ((np.arange(size) + 0.5) / size - 0.5) * extent
     origins = middle + ticks[None, :, None] * right - ticks[:, None, None] * up + backward * 10.0
     rays = np.concatenate([origins, np.broadcast_to(-backward, origins.shape)], axis=-1).astype(np.float32)
-    scene = o3d.t.geometry.RaycastingScene()
+    scene: Any = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(np.ascontiguousarray(surface.vertices, np.float32), np.ascontiguousarray(surface.faces, np.uint32))
     hits = scene.cast_rays(rays)
     seen = np.isfinite(hits["t_hit"].numpy())

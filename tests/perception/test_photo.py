@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from a2v.errors import InputError
+from a2v.perception import decode_mask, decode_photo
+
+
+def encode(image: Image.Image, kind: str = "PNG", **options: object) -> bytes:
+    stream = io.BytesIO()
+    image.save(stream, kind, **options)
+    return stream.getvalue()
+
+
+@pytest.fixture(scope="module")
+def ramp() -> np.ndarray:
+    x, y = np.meshgrid(np.linspace(0, 255, 160), np.linspace(0, 255, 200))
+    return np.stack([x, y, 255 - x], axis=-1).astype(np.uint8)
+
+
+def test_rgb_is_returned_as_it_is(ramp: np.ndarray) -> None:
+    assert np.array_equal(decode_photo(encode(Image.fromarray(ramp))), ramp)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_exif_orientation_is_applied(ramp: np.ndarray, orientation: int) -> None:
+    # stored pixels that the tag turns back into `ramp`
+    undo = {
+        1: lambda a: a,
+        2: lambda a: a[:, ::-1],
+        3: lambda a: a[::-1, ::-1],
+        4: lambda a: a[::-1],
+        5: lambda a: a.swapaxes(0, 1),
+        6: lambda a: np.rot90(a, 1),
+        7: lambda a: np.rot90(a[:, ::-1], 3)[:, :] if False else np.rot90(a, 2).swapaxes(0, 1),
+        8: lambda a: np.rot90(a, 3),
+    }[orientation]
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    data = encode(Image.fromarray(np.ascontiguousarray(undo(ramp))), exif=exif)
+    assert np.array_equal(decode_photo(data), ramp)
+
+
+def test_sixteen_bit_grey_keeps_its_tones() -> None:
+    values = np.linspace(0, 65535, 160 * 160).reshape(160, 160)
+    photo = decode_photo(encode(Image.fromarray(values.astype(np.uint16))))
+    assert photo.shape == (160, 160, 3)
+    assert np.abs(photo[..., 0] - values / 257).max() <= 1
+
+
+def test_grey_palette_cmyk_and_bilevel(ramp: np.ndarray) -> None:
+    image = Image.fromarray(ramp)
+    assert (np.ptp(decode_photo(encode(image.convert("L"))), axis=2) == 0).all()
+    assert np.abs(decode_photo(encode(image.quantize(256))).astype(int) - ramp).mean() < 12
+    assert np.abs(decode_photo(encode(image.convert("CMYK"), "TIFF")).astype(int) - ramp).mean() < 3
+    assert set(np.unique(decode_photo(encode(image.convert("1"))))) == {0, 255}
+
+
+def test_alpha_is_kept_only_where_it_says_something(ramp: np.ndarray) -> None:
+    alpha = np.full(ramp.shape[:2], 255, np.uint8)
+    assert decode_photo(encode(Image.fromarray(np.dstack([ramp, alpha])))).shape[2] == 3
+    alpha[:50] = 0
+    photo = decode_photo(encode(Image.fromarray(np.dstack([ramp, alpha]))))
+    assert np.array_equal(photo[..., 3], alpha)
+    assert np.array_equal(decode_mask(encode(Image.fromarray(np.dstack([ramp, alpha])))), alpha / np.float32(255))
+
+
+@pytest.mark.parametrize("kind", ["JPEG", "PNG", "WEBP"])
+def test_truncated_files_are_named(ramp: np.ndarray, kind: str) -> None:
+    data = encode(Image.fromarray(ramp), kind)
+    with pytest.raises(InputError, match=r"holiday\.jpg is"):
+        decode_photo(data[: len(data) // 2], "holiday.jpg")
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"hello", b"%PDF-1.4 nothing", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 200 200\n", b"\x89PNG\r\n\x1a\n"]
+)
+def test_what_is_no_image_is_refused(data: bytes) -> None:
+    with pytest.raises(InputError, match="x is") as caught:
+        decode_photo(data, "x")
+    assert "\n" not in str(caught.value)
+
+
+def test_size_is_bounded_before_decoding() -> None:
+    with pytest.raises(InputError, match="at least 128"):
+        decode_photo(encode(Image.new("RGB", (127, 400))))
+    # 64 megapixels that unpack to a few hundred MB: the header alone must be enough
+    with pytest.raises(InputError, match="60 megapixels"):
+        decode_photo(encode(Image.new("1", (8000, 8000))))
+    with pytest.raises(InputError, match=r"large|megapixels"):
+        decode_photo(encode(Image.new("1", (30000, 30000))))

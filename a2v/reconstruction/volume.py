@@ -66,7 +66,8 @@ def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: 
     from a2v.reconstruction.visibility import raycasting_scene
 
     inside = winding_inside(vertices, faces, grid)
-    near = binary_dilation(inside, iterations=band) & ~binary_erosion(inside, iterations=band)
+    block = np.ones((3, 3, 3), bool)  # diagonals too
+    near = binary_dilation(inside, block, iterations=band) & ~binary_erosion(inside, block, iterations=band)
     field = np.where(inside, -1.0, 1.0).astype(np.float32) * np.float32(band * grid.cell)
     nodes = np.argwhere(near)
     points = (grid.origin + grid.cell * nodes).astype(np.float32)

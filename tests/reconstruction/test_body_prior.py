@@ -1,0 +1,200 @@
+"""The body-prior backend on a body that is photographed wider than it is: with a jacket, hair and a skirt."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+import trimesh
+
+from a2v.body import PARTS, load_body_model, make_body
+from a2v.errors import InputError
+from a2v.perception import LANDMARKS
+from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, silhouette_iou, surface_sheet
+from a2v.reconstruction.visibility import depth_map
+from a2v.types import Body, OrthographicCamera, Subject, Surface
+
+SIZE = (460, 640)
+SKIN, HAIR, JACKET, SKIRT = (0.85, 0.62, 0.5), (0.15, 0.1, 0.06), (0.2, 0.3, 0.7), (0.6, 0.1, 0.15)
+
+
+@pytest.fixture(scope="module")
+def scene() -> tuple[Subject, Body, OrthographicCamera]:
+    """A body in its rest pose and a photo of it, with 2 cm of cloth and hair, and a skirt that no limb fills."""
+    body = make_body(load_body_model("anny"))
+    vertices = body.vertices - np.array([0, body.vertices[:, 1].min(), 0], np.float32)
+    body = dataclasses.replace(body, vertices=vertices)
+    tall = float(np.ptp(vertices[:, 1]))
+    camera = OrthographicCamera(scale=560 / tall, center_u=SIZE[0] / 2, center_v=610.0)
+    bare = np.isfinite(depth_map(vertices, body.faces, camera, SIZE))
+    y = (camera.center_v - (np.arange(SIZE[1]) + 0.5)) / camera.scale / tall
+    wide = cv2.dilate(bare.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (15, 15))) > 0
+    x = np.abs(np.arange(SIZE[0]) + 0.5 - camera.center_u)[None] / camera.scale / tall
+    rows = y[:, None]
+    torso, crown = (rows > 0.5) & (rows < 0.84), rows > 0.95
+    mask = bare | (wide & ((torso & (x < 0.16)) | crown))
+    skirt = (rows > 0.28) & (rows < 0.52) & (x < 0.10 + 0.30 * (0.52 - rows))
+    mask |= skirt
+    image = np.empty((*SIZE[::-1], 3))
+    image[:] = SKIN
+    image[np.broadcast_to(torso, mask.shape)] = JACKET
+    image[skirt] = SKIRT
+    image[np.broadcast_to(rows > 0.955, mask.shape)] = HAIR
+    image[~mask] = (0, 1, 0)  # a colour that must not bleed in
+    points = np.zeros((33, 3), np.float32)
+    head = vertices[body.parts == PARTS.index("head")]
+    middle = float(np.median(head[:, 0]))
+    for name, dx, dy in (
+        ("left_eye", 0.03, 0.93),
+        ("right_eye", -0.03, 0.93),
+        ("mouth_left", 0.025, 0.893),
+        ("mouth_right", -0.025, 0.893),
+        ("left_ear", 0.075, 0.925),
+        ("right_ear", -0.075, 0.925),
+    ):
+        points[LANDMARKS.index(name)] = (*camera.project(np.array([middle + dx, dy * tall, 0.0])), 0.99)
+    subject = Subject(
+        image=(image * 255).astype(np.uint8),
+        mask=mask.astype(np.float32),
+        keypoints=points,
+        keypoints_3d=np.full((33, 3), np.nan, np.float32),
+        crop=(0, 0, *SIZE),
+        photo_size=SIZE,
+    )
+    return subject, body, camera
+
+
+@pytest.fixture(scope="module")
+def surface(scene) -> Surface:
+    subject, body, camera = scene
+    return body_prior_surface(subject, body, camera, settings=SurfaceSettings(resolution=300, vertices=26_000))
+
+
+@pytest.fixture(scope="module")
+def colored(scene, surface: Surface) -> Surface:
+    subject, _, camera = scene
+    return color_surface(surface, subject, camera, settings=ColorSettings(texture=1024))
+
+
+def test_closed_single_and_fine(surface: Surface) -> None:
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert len(surface.vertices) >= 25_000
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.body_count == 1
+    assert 0.03 < mesh.volume < 0.2
+    assert mesh.area_faces.min() >= 0
+    assert np.percentile(mesh.edges_unique_length, 99.9) < 0.04
+
+
+def test_silhouette(scene, surface: Surface) -> None:
+    subject, body, camera = scene
+    bare = silhouette_iou(body.vertices, body.faces, camera, subject.mask)
+    pushed = silhouette_iou(surface.vertices, surface.faces, camera, subject.mask)
+    assert bare < 0.9
+    assert pushed >= 0.97
+    assert surface.provenance["silhouette_iou"] == pytest.approx(pushed, abs=0.002)
+
+
+def test_hands_feet_and_face_survive(scene, surface: Surface) -> None:
+    _, body, _ = scene
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(surface.vertices)
+    for name, limit in (("left_hand", 0.012), ("right_hand", 0.012), ("left_foot", 0.015), ("right_foot", 0.015)):
+        distance, _ = tree.query(body.vertices[body.parts == PARTS.index(name)])
+        assert np.percentile(distance, 90) < limit, name
+    head = body.vertices[body.parts == PARTS.index("head")]
+    face = head[(head[:, 2] > np.percentile(head[:, 2], 80)) & (head[:, 1] < np.percentile(head[:, 1], 60))]
+    assert np.median(tree.query(face)[0]) < 0.008
+
+
+def test_skirt_has_thickness(scene, surface: Surface) -> None:
+    _, body, _ = scene
+    tall = float(np.ptp(body.vertices[:, 1]))
+    between = (np.abs(surface.vertices[:, 0]) < 0.02) & (np.abs(surface.vertices[:, 1] / tall - 0.36) < 0.02)
+    assert between.any()
+    assert np.ptp(surface.vertices[between, 2]) > 0.03
+
+
+def test_front_shows_the_photo(scene, colored: Surface) -> None:
+    subject, _, camera = scene
+    assert colored.uv is not None
+    assert colored.texture is not None
+    assert colored.texture.shape == (1024, 1024, 3)
+    pixels = camera.project(colored.vertices).astype(int)
+    seen = colored.visible & (subject.mask[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] > 0.5)
+    inner = (
+        cv2.distanceTransform((subject.mask > 0.5).astype(np.uint8), cv2.DIST_L2, 5)[
+            pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)
+        ]
+        > 5
+    )
+    photo = subject.image[pixels[:, 1].clip(0, SIZE[1] - 1), pixels[:, 0].clip(0, SIZE[0] - 1)] / 255
+    error = np.abs(colored.colors - photo).max(axis=1)[seen & inner]
+    assert np.median(error) < 0.01
+    assert seen.sum() > 5000
+
+
+def test_background_does_not_bleed(colored: Surface) -> None:
+    for color in (colored.colors, colored.texture.reshape(-1, 3) / 255):
+        assert (color[:, 1] - color[:, [0, 2]].max(axis=1)).max() < 0.1
+
+
+def test_no_face_on_the_back_of_the_head(scene, colored: Surface) -> None:
+    _subject, body, _camera = scene
+    tall = float(np.ptp(body.vertices[:, 1]))
+    v = colored.vertices
+    head = (v[:, 1] > 0.915 * tall) & (np.abs(v[:, 0]) < 0.12)
+    back = head & (v[:, 2] < np.percentile(v[head, 2], 30))
+    hair = np.linalg.norm(colored.colors - HAIR, axis=1) < np.linalg.norm(colored.colors - SKIN, axis=1)
+    assert hair[back].mean() > 0.95
+    front = head & (v[:, 2] > np.percentile(v[head, 2], 90)) & (v[:, 1] < 0.94 * tall)
+    assert hair[front].mean() < 0.1
+
+
+def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
+    _, body, _ = scene
+    tall = float(np.ptp(body.vertices[:, 1]))
+    v = colored.vertices
+    back = (v[:, 2] < np.percentile(v[:, 2], 15)) & (np.abs(v[:, 0]) < 0.08) & (v[:, 1] > 0.6 * tall) & (v[:, 1] < 0.78 * tall)
+    assert back.sum() > 50
+    assert np.abs(colored.colors[back] - JACKET).max(axis=1).mean() < 0.08
+    assert not colored.visible[back].any()
+    assert colored.provenance["eq14"]["residual"] <= 1e-3
+
+
+def test_a_prior_is_followed_on_the_unseen_side(scene, surface: Surface) -> None:
+    subject, _, camera = scene
+    prior = np.full((len(surface.vertices), 3), np.nan)
+    back = surface.vertices[:, 2] < np.percentile(surface.vertices[:, 2], 10)
+    prior[back] = (0.9, 0.8, 0.1)
+    painted = color_surface(surface, subject, camera, prior=prior, settings=ColorSettings(texture=0))
+    assert painted.texture is None
+    assert np.abs(painted.colors[back] - (0.9, 0.8, 0.1)).max(axis=1).mean() < 0.1
+
+
+def test_sheet_shows_something(colored: Surface) -> None:
+    sheet = surface_sheet(colored, size=96)
+    assert sheet.shape == (192, 576, 3)
+    assert sheet.std() > 20
+
+
+def test_bad_input(scene, surface: Surface) -> None:
+    subject, body, camera = scene
+    empty = dataclasses.replace(subject, mask=np.zeros_like(subject.mask))
+    with pytest.raises(InputError, match="empty"):
+        body_prior_surface(empty, body, camera)
+    elsewhere = dataclasses.replace(camera, center_u=camera.center_u + 400)
+    with pytest.raises(InputError, match="overlap"):
+        body_prior_surface(subject, body, elsewhere)
+    with pytest.raises(InputError, match="prior has shape"):
+        color_surface(surface, subject, camera, prior=np.zeros((3, 3)))
+    with pytest.raises(InputError, match="parts has shape"):
+        color_surface(surface, subject, camera, parts=np.zeros(3, int))
+    with pytest.raises(InputError, match="vertices"):
+        SurfaceSettings(vertices=10)
+    with pytest.raises(InputError, match="lambda_nn"):
+        ColorSettings(lambda_nn=-1)

@@ -267,8 +267,10 @@ def _pull_to_contour(
     own = _signed(np.isfinite(front), grid.cell)
     slope_own = np.stack(np.gradient(own, grid.cell), axis=-1).astype(np.float32)
     slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)
-    at_rim = np.abs(_sample(own, skin, grid)) < 1.5 * grid.cell
-    gap = _sample(mask_distance, skin, grid)
+    inset = _sample(own, skin, grid)
+    at_rim = np.abs(inset) < 1.5 * grid.cell
+    # a vertex a little inside of the rim stays that much inside: else each round would flatten the flanks
+    gap = _sample(mask_distance, skin, grid) - inset
     to_mask = np.stack([_sample(np.ascontiguousarray(slope_mask[..., i]), skin, grid) for i in (0, 1)], axis=1)
     to_mask /= np.maximum(np.linalg.norm(to_mask, axis=1, keepdims=True), 1e-6)
     outward = np.stack([_sample(np.ascontiguousarray(slope_own[..., i]), skin, grid) for i in (0, 1)], axis=1)

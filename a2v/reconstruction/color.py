@@ -211,7 +211,6 @@ def _bake(
     camera: OrthographicCamera,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    import cv2
     from scipy.ndimage import distance_transform_edt
 
     atlas = make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
@@ -230,7 +229,15 @@ def _bake(
         sharp = sample_image(photo.clean, camera.project(point))
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
+    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
+    filled_texel = atlas.face >= 0
+    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
+    middle = atlas.uv[missed].mean(axis=1) * size
+    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
+    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
+    lone = ~filled_texel[row, column]
+    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
+    filled_texel[row[lone], column[lone]] = True
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
-    index = distance_transform_edt(atlas.face < 0, return_distances=False, return_indices=True)
-    filled = texture[index[0], index[1]]
-    return atlas.uv, cv2.copyTo(filled, None) if filled.base is not None else filled
+    index = distance_transform_edt(~filled_texel, return_distances=False, return_indices=True)
+    return atlas.uv, texture[index[0], index[1]]

@@ -29,7 +29,7 @@ bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pi
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done
 
 sheets: setup ## contact sheets of the sample, the photos and avatars into sheets/
-	@set -e; for script in scripts/*sheets*.py; do echo "== $$script"; $(PY) $$script $(ARGS); done
+	@$(PY) scripts/make_sheets.py $(ARGS)
 
 lint: setup ## ruff and mypy
 	@$(PY) -m ruff check . && $(PY) -m mypy

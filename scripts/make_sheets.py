@@ -1,0 +1,105 @@
+"""Contact sheets to be looked at, into an ignored folder: each photo beside its character from all sides, and in motion.
+
+    python scripts/make_sheets.py [NAME ...] [--out sheets] [--frames 4] [--size 320] [--docs]
+
+NAME is a photo's file name without suffix, or an avatar's; by default the sample, the photos of ``$A2V_DATA/photos`` and six avatars of
+``$A2V_DATA/avatars`` photographed here. `--docs` also writes the sample's sheet to ``docs/images/sample_sheet.jpg``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from a2v.io import atomic_path
+from a2v.reconstruction import surface_sheet
+from a2v.rendering import contact_sheet
+from a2v.types import RenderSettings, Subject, Surface
+from pipelines.inputs import video_parameters
+from pipelines.nodes.values import Image as Frame
+from pipelines.progress import Bars
+from pipelines.run import run
+from pipelines.store import Store
+
+ROOT = Path(__file__).resolve().parent.parent
+AVATARS = ("AIAN_F_1_Casual", "Asian_M_2_Busi", "Black_F_3_Milit", "Hispanic_M_3_Casual", "MENA_F_1_Busi", "White_M_3_Casual")
+
+
+def sources(data: Path) -> dict[str, Path]:
+    """Photos and avatars by name; avatars end in .glb."""
+    photos = [ROOT / "a2v" / "samples" / "person.jpg"]
+    photos += sorted(path for path in (data / "photos").glob("*.*g") if not path.stem.endswith("_mask"))
+    return {path.stem: path for path in [*photos, *(data / "avatars" / f"{name}.glb" for name in AVATARS)] if path.exists()}
+
+
+def photographed(avatar: Path, folder: Path) -> Path:
+    """A photo of an avatar, made here."""
+    from a2v.reconstruction.synthetic import PhotoSettings, a_pose, load_avatar, photograph
+
+    path = folder / f"{avatar.stem}_photo.png"
+    if not path.exists():
+        picture = photograph(load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), PhotoSettings(size=768, spp=64)).image
+        with atomic_path(path) as temporary:
+            Image.fromarray(picture).save(temporary)
+    return path
+
+
+def sheet(photo: Path, *, action: str, frames: int, size: int) -> np.ndarray:
+    """The photo's crop, the surface from all sides, and frames of the action in four views."""
+    store, render = Store(), RenderSettings(size=size)
+    parameters = video_parameters(store, photo, action, frames=12 * (frames - 1) + 1, render=render)
+    bars = Bars()
+    outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
+    still = surface_sheet(outcome.get("colored", Surface))
+    subject = outcome.get("subject", Subject)
+    moving = run("frame", store=store, progress=bars, **parameters)
+    bars.close()
+    for text in outcome.notes:
+        print(f"{photo.stem}: {text}", file=sys.stderr)
+    grid = moving.values["frame"]
+    picks = [store.get(grid[t, c], Frame).pixels for c in range(grid.shape[1]) for t in np.linspace(0, len(grid) - 1, frames).astype(int)]
+    actions = contact_sheet(picks, rows=grid.shape[1], cols=frames)
+    crop = Image.fromarray(subject.image)
+    crop.thumbnail((still.shape[0], still.shape[0]))
+    return contact_sheet([np.asarray(crop), still, actions], cols=1, labels=[photo.stem, "from all sides", action])
+
+
+def main() -> int:
+    """Write the sheets; print their paths."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    parser.add_argument("--out", type=Path, default=ROOT / "sheets")
+    parser.add_argument("--action", default="Walk")
+    parser.add_argument("--frames", type=int, default=4, help="frames shown, a second apart")
+    parser.add_argument("--size", type=int, default=320)
+    parser.add_argument("--docs", action="store_true")
+    given = parser.parse_args()
+    known = sources(Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data")))
+    if unknown := [name for name in given.names if name not in known]:
+        print(f"unknown {unknown[0]}; choose from {', '.join(known)}", file=sys.stderr)
+        return 2
+    for name in given.names or known:
+        path = known[name]
+        photo = photographed(path, given.out) if path.suffix == ".glb" else path
+        picture = Image.fromarray(sheet(photo, action=given.action, frames=given.frames, size=given.size))
+        target = given.out / f"{name}.png"
+        with atomic_path(target) as temporary:
+            picture.save(temporary)
+        print(target)
+        if given.docs and name == "person":
+            picture.thumbnail((1600, 2400))
+            buffer = io.BytesIO()
+            picture.convert("RGB").save(buffer, "jpeg", quality=82, optimize=True)
+            with atomic_path(ROOT / "docs" / "images" / "sample_sheet.jpg") as temporary:
+                temporary.write_bytes(buffer.getvalue())
+    return 0
+
+
+if __name__ == "__main__":  # worker processes import this file again
+    sys.exit(main())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from a2v.types import BoolArray, ByteArray, FloatArray
@@ -86,7 +88,10 @@ def _contrast(image: ByteArray, depth_in: FloatArray, depth_out: FloatArray, rad
 def _matte(image: ByteArray, cut: BoolArray, reach: float) -> FloatArray:
     """Closed-form matting of the band within `reach` pixels of the contour of `cut`; the rest is certain."""
     import cv2
-    from pymatting import cf_laplacian, cg, ichol
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numba remarks on its threading layer
+        from pymatting import cf_laplacian, cg, ichol
 
     depth_in = cv2.distanceTransform(cut.astype(np.uint8), cv2.DIST_L2, 5)
     depth_out = cv2.distanceTransform((~cut).astype(np.uint8), cv2.DIST_L2, 5)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from a2v.types import BoolArray, ByteArray, FloatArray, OrthographicCamera, Subject
@@ -13,11 +15,14 @@ def clean_colors(subject: Subject) -> FloatArray:
     Foreground colours by multi-level estimation (Germer et al. 2020, pymatting) where the matte is trusted, the nearest such pixel elsewhere.
     """
     import cv2
-    from pymatting import estimate_foreground_ml
     from scipy.ndimage import distance_transform_edt
 
     image, alpha = subject.image, np.asarray(subject.mask, np.float32)
-    foreground = np.clip(estimate_foreground_ml(image.astype(np.float64) / 255, alpha.astype(np.float64)), 0, 1).astype(np.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numba remarks on its threading layer
+        from pymatting import estimate_foreground_ml
+
+        foreground = np.clip(estimate_foreground_ml(image.astype(np.float64) / 255, alpha.astype(np.float64)), 0, 1).astype(np.float32)
     person = alpha > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
     shrink = max(1.0, 0.003 * tall)

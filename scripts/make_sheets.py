@@ -50,10 +50,10 @@ def photographed(avatar: Path, folder: Path) -> Path:
     return path
 
 
-def sheet(photo: Path, *, action: str, frames: int, size: int) -> np.ndarray:
+def sheet(photo: Path, *, model: str, action: str, frames: int, size: int) -> np.ndarray:
     """The photo's crop, the surface from all sides, and frames of the action in four views."""
     store, render = Store(), RenderSettings(size=size)
-    parameters = video_parameters(store, photo, action, frames=12 * (frames - 1) + 1, render=render)
+    parameters = video_parameters(store, photo, action, model=model, frames=12 * (frames - 1) + 1, render=render)
     bars = Bars()
     outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
     still = surface_sheet(outcome.get("colored", Surface))
@@ -75,6 +75,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--out", type=Path, default=ROOT / "sheets")
+    parser.add_argument("--model", default="cmu")
     parser.add_argument("--action", default="Walk")
     parser.add_argument("--frames", type=int, default=4, help="frames shown, a second apart")
     parser.add_argument("--size", type=int, default=320)
@@ -87,7 +88,7 @@ def main() -> int:
     for name in given.names or known:
         path = known[name]
         photo = photographed(path, given.out) if path.suffix == ".glb" else path
-        picture = Image.fromarray(sheet(photo, action=given.action, frames=given.frames, size=given.size))
+        picture = Image.fromarray(sheet(photo, model=given.model, action=given.action, frames=given.frames, size=given.size))
         target = given.out / f"{name}.png"
         with atomic_path(target) as temporary:
             picture.save(temporary)

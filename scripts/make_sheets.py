@@ -64,10 +64,16 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, size: int) -> np
         print(f"{photo.stem}: {text}", file=sys.stderr)
     grid = moving.values["frame"]
     picks = [store.get(grid[t, c], Frame).pixels for c in range(grid.shape[1]) for t in np.linspace(0, len(grid) - 1, frames).astype(int)]
-    actions = contact_sheet(picks, rows=grid.shape[1], cols=frames)
+    actions = contact_sheet(picks, cols=2 * frames)  # two views a row
     crop = Image.fromarray(subject.image)
-    crop.thumbnail((still.shape[0], still.shape[0]))
-    return contact_sheet([np.asarray(crop), still, actions], cols=1, labels=[photo.stem, "from all sides", action])
+    crop = crop.resize((round(crop.width * still.shape[0] / crop.height), still.shape[0]), Image.Resampling.LANCZOS)
+    above = np.hstack([np.asarray(crop), still])
+    below = Image.fromarray(actions)
+    below.thumbnail(above.shape[1::-1])
+    canvas = np.full((above.shape[0] + below.height, above.shape[1], 3), 255, np.uint8)
+    canvas[: above.shape[0]] = above
+    canvas[above.shape[0] :, : below.width] = np.asarray(below)
+    return canvas
 
 
 def main() -> int:

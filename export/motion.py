@@ -198,19 +198,15 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     return result
 
 
-def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The metadata that makes the file usable alone."""
+def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
+    """Metadata that every exported motion model has: actions, rates, skeleton, units, licence."""
     skeleton = dataset.skeleton
     return {
-        "format": FORMAT,
         "dataset": dataset.name,
         "dataset_digest": dataset.digest,
         "actions": list(dataset.actions),
         "fps": dataset.fps,
         "frames": dataset.length,
-        "decoder": model.settings.decoder,
-        "latent_size": model.settings.latent_size,
-        "hidden_size": model.settings.hidden_size,
         "skeleton": {
             "name": skeleton.name,
             "joint_names": list(skeleton.joint_names),
@@ -222,6 +218,16 @@ def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: M
         "metres_per_unit": dataset.frame.metres_per_unit,
         "native_signs": list(dataset.frame.signs),
         "licence": licence,
+    }
+
+
+def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The metadata that makes the file usable alone."""
+    return describe_data(dataset, licence=licence) | {
+        "format": FORMAT,
+        "decoder": model.settings.decoder,
+        "latent_size": model.settings.latent_size,
+        "hidden_size": model.settings.hidden_size,
         **(extra or {}),
     }
 

@@ -58,25 +58,59 @@ class Model:
 
     def sample(self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0) -> dict[str, np.ndarray]:
         """Generate clips: joints (N, T, J, 3) in metres, y up, rotations (N, T, J, 3) and root (N, T, 3)."""
-        meta = self.metadata
         names = [name.strip() for name in action.split(",")]
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
-        noise = np.random.default_rng(seed).standard_normal((count, frames, meta["latent_size"]), dtype=np.float32)
-        lengths = np.asarray(meta["bone_lengths"], np.float32) * np.float32(bone_scale)
-        feed = {
-            "noise": noise,
-            "actions": np.tile(labels.astype(np.int64), (count, 1)),
-            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
-            "bone_lengths": np.tile(lengths, (count, 1)),
-            "previous": np.zeros((count, len(lengths), 3), np.float32),
-            **{name: np.zeros((count, meta["hidden_size"]), np.float32) for name in STATES[1:]},
-        }
-        joints, rotations = self.session.run(["joints", "rotations"], feed)
+        lengths = np.tile(np.asarray(self.metadata["bone_lengths"], np.float32) * np.float32(bone_scale), (count, 1))
+        generator = np.random.default_rng(seed)
+        make = self._windows if self.metadata["format"] == "a2v-flow/1" else self._steps
+        joints, rotations = make(labels, lengths, generator)
         offset = np.zeros((count, 1, 1, 3), np.float32)  # start above the origin, lowest joint on the ground
         offset[:, 0, 0] = joints[:, 0, 0]
         offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
         joints = joints - offset
         return {"joints": joints, "rotations": rotations, "root": joints[:, :, 0]}
+
+    def _steps(self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """A model that makes one frame after the other."""
+        meta, count, frames = self.metadata, len(lengths), len(labels)
+        feed = {
+            "noise": generator.standard_normal((count, frames, meta["latent_size"]), dtype=np.float32),
+            "actions": np.tile(labels.astype(np.int64), (count, 1)),
+            "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
+            "bone_lengths": lengths,
+            "previous": np.zeros((*lengths.shape, 3), np.float32),
+            **{name: np.zeros((count, meta["hidden_size"]), np.float32) for name in STATES[1:]},
+        }
+        joints, rotations = self.session.run(["joints", "rotations"], feed)
+        return joints, rotations
+
+    def _windows(self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """A model that makes whole windows; each goes on from the last frames of the one before."""
+        meta, count = self.metadata, len(lengths)
+        given = meta["context_frames"]
+        joints = rotations = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
+        for end in [*(np.flatnonzero(labels[1:] != labels[:-1]) + 1), len(labels)]:
+            share = np.float32(meta["active"][labels[end - 1]][18])  # how much of a window such clips move (90 % quantile)
+            usable = max(round(float(share) * meta["window_frames"]), given + 4)
+            while joints.shape[1] < end:
+                following = joints.shape[1] > 0
+                context = np.zeros((count, given, lengths.shape[1], 3), np.float32)
+                if following:
+                    context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
+                feed = {
+                    "noise": generator.standard_normal((count, meta["latent_size"]), dtype=np.float32),
+                    "actions": np.full(count, labels[end - 1], np.int64),
+                    "active": np.full(count, share, np.float32),
+                    "context": context,
+                    "has_context": np.full(count, following, np.float32),
+                    "bone_lengths": lengths,
+                }
+                new, turns = self.session.run(["joints", "rotations"], feed)
+                skip = given if following else 0
+                take = slice(skip, skip + min(usable - skip, end - joints.shape[1]))
+                joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
+                rotations = np.concatenate([rotations, turns[:, take]], axis=1)
+        return joints, rotations
 
 
 def rotvec_to_rotmat(rotvec: np.ndarray) -> np.ndarray:

@@ -76,8 +76,7 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
         joints = []
         for start in range(0, len(labels), 250):
             part = slice(start, start + 250)
-            noise = generator.standard_normal((len(labels[part]), frames, model.metadata["latent_size"]), dtype=np.float32)
-            joints.append(model.generate(np.tile(labels[part, None], (1, frames)), noise, lengths[part])[0])
+            joints.append(model.generate_like_data(labels[part], lengths[part], frames, generator))
         return model.to_native(np.concatenate(joints))
 
     return generate

@@ -26,7 +26,7 @@ BUNDLED = {"cmu": "motion_cmu.onnx", "humanact12": "motion_humanact12.onnx"}
 MAX_FRAMES = 10_000
 """Longest clip that is generated in one call."""
 
-_FORMAT = "a2v-motion/1"
+_STEP, _WINDOW = "a2v-motion/1", "a2v-flow/1"
 _STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -64,8 +64,8 @@ class MotionModel:
             raise
         except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
             raise InputError(f"{path} is no motion model of a2v ({type(error).__name__})") from None
-        if metadata.get("format") != _FORMAT:
-            raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {_FORMAT}")
+        if metadata.get("format") not in (_STEP, _WINDOW):
+            raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {_STEP} and {_WINDOW}")
         return cls(path, metadata)
 
     @property
@@ -104,18 +104,17 @@ class MotionModel:
         hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
         raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
 
-    def generate(self, labels: IntArray, noise: FloatArray, lengths: FloatArray, *, threads: int = 1) -> tuple[FloatArray, FloatArray]:
-        """Run the network on explicit inputs: what `sample` and the evaluation are made of.
+    def generate(self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Generate clips of explicit actions and bodies: what `sample` and the evaluation are made of.
 
         Parameters
         ----------
         labels : (N, T) int
-            Action of every frame.
-        noise : (N, T, Z) float32
+            Action of every frame; models of whole windows want the same changes in all clips.
         lengths : (N, J) float32
             Bone lengths, native units.
-        threads : int
-            Threads of onnxruntime.
+        generator : numpy Generator
+            Draws the noise.
 
         Returns
         -------
@@ -123,6 +122,38 @@ class MotionModel:
             Metres, y up, the first root near the origin.
         rotations : (N, T, J, 3) float32
         """
+        if self.metadata["format"] == _WINDOW:
+            return self._continue_windows(labels, lengths, generator)
+        noise = generator.standard_normal((*labels.shape, self.metadata["latent_size"]), dtype=np.float32)
+        return self.run_steps(labels, noise, lengths)
+
+    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+        """Joints (N, T, J, 3) that are distributed as the data's windows, ended clips that hold their last pose included.
+
+        A step model learned such endings; a window model is told how long each clip moves, drawn from the data's
+        distribution for its action.
+
+        Parameters
+        ----------
+        labels : (N,) int
+        lengths : (N, J) float32
+            Native units.
+        frames : int
+            At most one window.
+        generator : numpy Generator
+        """
+        if self.metadata["format"] == _STEP:
+            return self.generate(np.repeat(labels[:, None], frames, axis=1), lengths, generator)[0]
+        if frames > self.metadata["window_frames"]:
+            raise InputError(f"{self.path.name} makes windows of {self.metadata['window_frames']} frames; {frames} were asked for")
+        grid = np.linspace(0, 1, len(self.metadata["active"][0]))
+        quantile = generator.random(len(labels))
+        active = np.array([np.interp(q, grid, self.metadata["active"][label]) for q, label in zip(quantile, labels, strict=True)])
+        noise = generator.standard_normal((len(labels), self.metadata["latent_size"]), dtype=np.float32)
+        return self.run_window(labels, active, noise, lengths)[0][:, :frames]
+
+    def run_steps(self, labels: IntArray, noise: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Joints and rotations of a step model for explicit noise (N, T, Z); see `generate`."""
         count, frames = labels.shape
         feed = initial_feed(self.metadata, count) | {
             "noise": np.asarray(noise, dtype=np.float32),
@@ -130,7 +161,66 @@ class MotionModel:
             "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = _session(self.path, threads).run(["joints", "rotations"], feed)
+        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        return joints, rotations
+
+    def run_window(
+        self, labels: IntArray, active: FloatArray, noise: FloatArray, lengths: FloatArray, context: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """One window of a window model: joints (metres, first root at the origin) and rotations (N, W, J, 3).
+
+        Parameters
+        ----------
+        labels : (N,) int
+        active : (N,) float
+            Share of the window that is in motion.
+        noise : (N, Z) float32
+        lengths : (N, J) float32
+            Native units.
+        context : (N, P, J, 3) float32 or None
+            Frames that the window repeats at its start and goes on from, metres.
+        """
+        count = len(labels)
+        given = np.zeros((count, self.metadata["context_frames"], lengths.shape[1], 3), np.float32) if context is None else context
+        feed = {
+            "noise": np.asarray(noise, dtype=np.float32),
+            "actions": np.asarray(labels, dtype=np.int64),
+            "active": np.asarray(active, dtype=np.float32),
+            "context": np.asarray(given, dtype=np.float32),
+            "has_context": np.full(count, context is not None, dtype=np.float32),
+            "bone_lengths": np.asarray(lengths, dtype=np.float32),
+        }
+        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        return joints, rotations
+
+    def active_share(self, label: int) -> float:
+        """Share of a window that clips of an action typically move: the 90 % quantile of the data."""
+        return float(self.metadata["active"][label][18])
+
+    def _continue_windows(self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Windows that continue one another until all frames are there; a change of the action starts a new one."""
+        count, frames = labels.shape
+        window, given = self.metadata["window_frames"], self.metadata["context_frames"]
+        changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
+        joints: FloatArray = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
+        rotations: FloatArray = joints
+        for end in [*changes, frames]:
+            label = labels[:, end - 1]
+            share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
+            usable = max(round(float(share.min()) * window), given + 4)
+            while joints.shape[1] < end:
+                noise = generator.standard_normal((count, self.metadata["latent_size"]), dtype=np.float32)
+                context = None
+                if joints.shape[1]:
+                    start = np.maximum(np.arange(-given, 0) + joints.shape[1], 0)
+                    context = joints[:, start]
+                new, turns = self.run_window(label, share, noise, lengths, context)
+                if context is not None:
+                    new = (new + context[:, :1, :1])[:, given:]
+                    turns = turns[:, given:]
+                take = min(usable - (given if context is not None else 0), end - joints.shape[1])
+                joints = np.concatenate([joints, new[:, :take]], axis=1)
+                rotations = np.concatenate([rotations, turns[:, :take]], axis=1)
         return joints, rotations
 
     def to_native(self, joints: FloatArray) -> FloatArray:
@@ -150,7 +240,6 @@ class MotionModel:
         count: int = 1,
         seed: int = 0,
         bone_scale: float = 1.0,
-        noise: FloatArray | None = None,
     ) -> Motion:
         """Generate `count` clips.
 
@@ -166,8 +255,6 @@ class MotionModel:
             Seed of the noise.
         bone_scale : float
             Factor on all bone lengths.
-        noise : (count, frames, Z) float32 or None
-            Noise to use instead of the seed's.
 
         Returns
         -------
@@ -184,10 +271,8 @@ class MotionModel:
         if not names:
             raise InputError("no action given")
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
-        if noise is None:
-            noise = draw_noise(seed, count, frames, self.metadata["latent_size"])
         lengths = self.bone_lengths * np.float32(bone_scale)
-        joints, rotations = self.generate(np.tile(labels, (count, 1)), noise, np.tile(lengths, (count, 1)))
+        joints, rotations = self.generate(np.tile(labels, (count, 1)), np.tile(lengths, (count, 1)), np.random.default_rng(seed))
         joints = joints - ground_offset(joints)
         if count == 1:
             joints, rotations = joints[0], rotations[0]
@@ -222,11 +307,6 @@ def _cached_session(path: str, _modified: int, threads: int) -> Any:
 
 def _session(path: Path, threads: int = 1) -> Any:
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
-
-
-def draw_noise(seed: int, count: int, frames: int, latent_size: int) -> FloatArray:
-    """Standard normal noise (count, frames, latent_size) float32 of a seed; `export/sample.py` draws the same."""
-    return np.random.default_rng(seed).standard_normal((count, frames, latent_size), dtype=np.float32)
 
 
 def initial_feed(metadata: dict[str, Any], count: int) -> dict[str, FloatArray]:

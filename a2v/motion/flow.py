@@ -1,0 +1,308 @@
+"""Our own motion model: flow matching over whole windows (not in the papers).
+
+A network carries Gaussian noise to the code of a window (`a2v.motion.windows`) along straight paths (Lipman et
+al. 2023; Liu et al. 2023), given the action, how much of the window is in motion, and the frames it continues.
+Without a step loop it does not drift inside a window, and following windows continue one another.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from a2v.datasets import ActionDataset, ClipSampler
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.motion.windows import WindowCodec, window_features
+
+
+@dataclass(frozen=True)
+class FlowSettings:
+    """Sizes and training of the flow.
+
+    Attributes
+    ----------
+    code_size, context_size : int
+        Coefficients of a window and of the frames it continues.
+    context_frames : int
+        Frames that a following window sees.
+    width, blocks : int
+        Residual blocks of the network.
+    iterations, batch_size : int
+    learning_rate, weight_decay : float
+        AdamW, with a cosine decay to a fiftieth.
+    context_dropout : float
+        Share of windows that are learned without context.
+    average : float
+        Decay of the exponential moving average of the weights that is kept.
+    pool : int
+        Windows that are encoded at a time.
+    seed, threads : int
+    device : str
+        "auto" takes CUDA where there is one.
+    checkpoint_seconds : float
+    log_every : int
+    """
+
+    code_size: int = 160
+    context_size: int = 48
+    context_frames: int = 8
+    width: int = 384
+    blocks: int = 4
+    iterations: int = 8000
+    batch_size: int = 512
+    learning_rate: float = 1e-3
+    weight_decay: float = 1e-4
+    context_dropout: float = 0.5
+    average: float = 0.998
+    pool: int = 6000
+    seed: int = 0
+    threads: int = 0
+    device: str = "auto"
+    checkpoint_seconds: float = 180.0
+    log_every: int = 50
+
+    def __post_init__(self) -> None:
+        if min(self.code_size, self.context_size, self.context_frames, self.width, self.blocks, self.iterations, self.batch_size) < 1:
+            raise InputError("sizes, frames, iterations and batch_size of the flow must be positive")
+
+
+class _Block(nn.Module):
+    """Residual layer that the condition scales, shifts and gates."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.norm = nn.LayerNorm(width, elementwise_affine=False)
+        self.inner = nn.Linear(width, width)
+        self.outer = nn.Linear(width, width)
+        self.modulation = nn.Linear(width, 3 * width)
+        nn.init.zeros_(self.modulation.weight)
+        nn.init.zeros_(self.modulation.bias)
+
+    def forward(self, hidden: Tensor, condition: Tensor) -> Tensor:
+        scale, shift, gate = self.modulation(condition).chunk(3, -1)
+        inner = nn.functional.silu(self.inner(self.norm(hidden) * (1 + scale) + shift))
+        result: Tensor = hidden + (1 + gate) * self.outer(inner)
+        return result
+
+
+class FlowNetwork(nn.Module):
+    """Velocity of the flow at a point, a time and a condition.
+
+    Parameters
+    ----------
+    n_actions : int
+    settings : FlowSettings
+    """
+
+    frequencies: Tensor
+
+    def __init__(self, n_actions: int, settings: FlowSettings) -> None:
+        super().__init__()
+        width = settings.width
+        self.n_actions, self.settings = n_actions, settings
+        self.register_buffer("frequencies", torch.exp(torch.linspace(0, 6, 32)))
+        self.entry = nn.Linear(settings.code_size, width)
+        self.time = nn.Linear(64, width)
+        self.action = nn.Embedding(n_actions, width)
+        self.active = nn.Linear(64, width)
+        self.context = nn.Linear(settings.context_size + 1, width)
+        self.mix = nn.Linear(width, width)
+        self.blocks = nn.ModuleList(_Block(width) for _ in range(settings.blocks))
+        self.exit = nn.Linear(width, settings.code_size)
+        nn.init.zeros_(self.exit.weight)
+        nn.init.zeros_(self.exit.bias)
+
+    def _waves(self, value: Tensor) -> Tensor:
+        angle = value[:, None] * self.frequencies
+        return torch.cat([angle.sin(), angle.cos()], -1)
+
+    def condition(self, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor) -> Tensor:
+        """What the velocity depends on besides point and time: (B, W).
+
+        Parameters
+        ----------
+        actions : (B,) int64
+        active : (B,)
+            Share of the window before the motion ends and its last pose is held, in (0, 1].
+        context : (B, C)
+            Code of the frames that are continued.
+        has_context : (B,)
+            1 where `context` counts, 0 where the window starts by itself.
+        """
+        known = torch.cat([context * has_context[:, None], has_context[:, None]], -1)
+        result: Tensor = self.action(actions) + self.active(self._waves(active)) + self.context(known)
+        return result
+
+    def forward(self, point: Tensor, time: Tensor, condition: Tensor) -> Tensor:
+        """Velocity (B, D) at point (B, D) and time (B,) under a `condition` (B, W)."""
+        shared = nn.functional.silu(self.mix(nn.functional.silu(self.time(self._waves(time)) + condition)))
+        hidden = self.entry(point)
+        for block in self.blocks:
+            hidden = block(hidden, shared)
+        velocity: Tensor = self.exit(hidden)
+        return velocity
+
+    def integrate(self, noise: Tensor, condition: Tensor, *, steps: int) -> Tensor:
+        """Carry noise (B, D) at time 0 to codes at time 1 with `steps` midpoint steps."""
+        point = noise
+        for step in range(steps):
+            start = noise.new_full((noise.shape[0],), step / steps)
+            middle = point + self(point, start, condition) * (0.5 / steps)
+            point = point + self(middle, start + 0.5 / steps, condition) / steps
+        return point
+
+
+@dataclass
+class FlowModel:
+    """A trained flow with its codec."""
+
+    network: FlowNetwork
+    codec: WindowCodec
+
+
+class WindowPool:
+    """Encoded random windows with what conditions them; drawn anew now and then."""
+
+    def __init__(self, dataset: ActionDataset, codec: WindowCodec) -> None:
+        self.dataset, self.codec = dataset, codec
+        self.sampler = ClipSampler(dataset, dataset.length)
+        self.counts = np.array([len(joints) for joints in dataset.joints])
+
+    def draw(self, size: int, generator: np.random.Generator) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Codes (N, D), labels (N,), active shares (N,) and context codes (N, C) of `size` windows."""
+        clips = generator.integers(0, len(self.dataset), size)
+        features = window_features(self.sampler.windows(clips, generator), self.dataset.skeleton)
+        code = self.codec.window.encode(features.reshape(size, -1))
+        context = self.codec.context.encode(features[:, : self.codec.context_frames].reshape(size, -1))
+        active = np.minimum(self.counts[clips] / self.dataset.length, 1).astype(np.float32)
+        return tuple(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context))  # type: ignore[return-value]
+
+
+def train_flow(
+    dataset: ActionDataset,
+    folder: str | os.PathLike[str],
+    *,
+    settings: FlowSettings | None = None,
+    on_log: Callable[[FlowModel, dict[str, float]], None] | None = None,
+) -> FlowModel:
+    """Train, or go on with, the flow in `folder` (``flow.pt`` every few minutes, at the end and on Ctrl-C).
+
+    Parameters
+    ----------
+    dataset : ActionDataset
+    folder : path
+    settings : FlowSettings
+    on_log : callable
+        Called with the averaged model and the mean loss since the last call, every `log_every` iterations.
+    """
+    settings = settings or FlowSettings()
+    if settings.threads:
+        torch.set_num_threads(settings.threads)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu") if settings.device == "auto" else torch.device(settings.device)
+    checkpoint = Path(folder) / "flow.pt"
+    torch.manual_seed(settings.seed)
+    network, averaged = (FlowNetwork(len(dataset.actions), settings).to(device) for _ in range(2))
+    averaged.load_state_dict(network.state_dict())
+    optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+    features = 3 * dataset.skeleton.n_joints
+    iteration, seconds = 0, 0.0
+    if checkpoint.exists():
+        content = torch.load(checkpoint, map_location=device, weights_only=True)
+        if content["settings"] != dataclasses.asdict(settings) or content["dataset_digest"] != dataset.digest:
+            raise InputError(f"{checkpoint} was made with other settings or data; give another folder or the same settings")
+        network.load_state_dict(content["network"])
+        averaged.load_state_dict(content["averaged"])
+        optimizer.load_state_dict(content["optimizer"])
+        iteration, seconds = content["iteration"], content["seconds"]
+        # the stored basis, not a new one: eigenvectors are only defined up to their signs
+        codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
+    else:
+        codec = WindowCodec.fit(
+            dataset, size=settings.code_size, context_size=settings.context_size, context_frames=settings.context_frames, seed=settings.seed
+        )
+
+    def save() -> None:
+        state = {
+            "network": network.state_dict(), "averaged": averaged.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration,
+            "seconds": seconds, "settings": dataclasses.asdict(settings), "dataset": dataset.name, "dataset_digest": dataset.digest,
+            "codec": {name: torch.from_numpy(array) for name, array in codec.to_arrays().items()},
+        }  # fmt: skip
+        with atomic_path(checkpoint) as temporary:
+            torch.save(state, temporary)
+
+    pool = WindowPool(dataset, codec)
+    refresh = max(1, settings.pool // 16)
+    codes = labels = active = context = torch.empty(0)
+    began, saved, losses = time.monotonic() - seconds, time.monotonic(), []
+    try:
+        while iteration < settings.iterations:
+            if iteration % refresh == 0 or not len(codes):
+                drawn_at = iteration - iteration % refresh  # so that a resumed run sees the pool it would have seen
+                codes, labels, active, context = pool.draw(settings.pool, np.random.default_rng([settings.seed, drawn_at]))
+            # every iteration has its own generator, so that a resumed run draws what it would have drawn
+            draws = torch.Generator().manual_seed(settings.seed * 1_000_003 + iteration)
+            chosen = torch.randint(0, len(codes), (settings.batch_size,), generator=draws)
+            noise = torch.randn(settings.batch_size, settings.code_size, generator=draws)
+            # times from a logistic normal: the middle of the path is the hardest (Esser et al. 2024)
+            moment = torch.sigmoid(torch.randn(settings.batch_size, generator=draws))
+            with_context = (torch.rand(settings.batch_size, generator=draws) >= settings.context_dropout).float()
+            target, noise, moment, with_context = (x.to(device) for x in (codes[chosen], noise, moment, with_context))
+            condition = network.condition(labels[chosen].to(device), active[chosen].to(device), context[chosen].to(device), with_context)
+            point = (1 - moment[:, None]) * noise + moment[:, None] * target
+            loss = ((network(point, moment, condition) - (target - noise)) ** 2).mean()
+            rate = min(1.0, (iteration + 1) / 500) * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * iteration / settings.iterations)))
+            for group in optimizer.param_groups:
+                group["lr"] = settings.learning_rate * rate
+            optimizer.zero_grad(set_to_none=True)
+            loss.backward()
+            optimizer.step()
+            iteration += 1
+            decay = min(settings.average, (1 + iteration) / (10 + iteration))
+            with torch.no_grad():
+                for mean, value in zip(averaged.parameters(), network.parameters(), strict=True):
+                    mean.lerp_(value, 1 - decay)
+            losses.append(float(loss.detach()))
+            seconds = time.monotonic() - began
+            if on_log is not None and (iteration % settings.log_every == 0 or iteration == settings.iterations):
+                on_log(FlowModel(averaged, codec), {"iteration": float(iteration), "seconds": seconds, "loss": float(np.mean(losses))})
+                losses = []
+            if time.monotonic() - saved > settings.checkpoint_seconds:
+                save()
+                saved = time.monotonic()
+    finally:
+        save()
+    return FlowModel(averaged.eval(), codec)
+
+
+def load_flow(folder: str | os.PathLike[str], dataset: ActionDataset) -> FlowModel:
+    """The averaged model of a run's ``flow.pt``.
+
+    Raises
+    ------
+    InputError
+        No run is there, or it was trained on other data.
+    """
+    path = Path(folder) / "flow.pt"
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        settings = FlowSettings(**content["settings"])
+        codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, 3 * dataset.skeleton.n_joints)
+        network = FlowNetwork(len(dataset.actions), settings)
+        network.load_state_dict(content["averaged"])
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; train first (a2v train flow)") from None
+    except Exception as error:  # torch raises many kinds for a damaged file
+        raise InputError(f"{path} cannot be read as a run of the flow ({error})".replace("\n", " ")) from None
+    if content["dataset_digest"] != dataset.digest:
+        raise InputError(f"{path} was trained on other data than {dataset.name} here")
+    return FlowModel(network.eval(), codec)

@@ -1,0 +1,184 @@
+"""Export of a trained window flow to one self-describing ONNX file.
+
+The graph carries noise to a whole window of joints: integration of the flow, decoding, continuation of given
+frames and forward kinematics inside. Longer motions and transitions are windows that continue one another.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import onnx
+import torch
+from onnx import TensorProto, helper, numpy_helper
+from torch import Tensor, nn
+
+from a2v.datasets import ActionDataset
+from a2v.io import atomic_path
+from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.motion.flow import FlowModel
+from a2v.motion.windows import ROOT_WEIGHT
+from export.motion import OPSET, describe_data
+
+FORMAT = "a2v-flow/1"
+STEPS = 12
+"""Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
+SMALLEST_HALF = 1024
+"""Weights of at least this many numbers are stored as float16."""
+FADE_FRAMES = 10
+"""Frames over which what the window misses of the frames it continues fades out."""
+
+
+class WindowGraph(nn.Module):
+    """Noise and condition to a window of joints."""
+
+    mean: Tensor
+    basis: Tensor
+    context_mean: Tensor
+    context_basis: Tensor
+    fade: Tensor
+    path: Tensor
+
+    def __init__(self, model: FlowModel, skeleton: Skeleton, metres_per_unit: float, steps: int) -> None:
+        super().__init__()
+        codec = model.codec
+        self.network, self.skeleton, self.steps = model.network, skeleton, steps
+        self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, metres_per_unit
+        self.register_buffer("mean", torch.from_numpy(codec.window.mean))
+        self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
+        self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
+        self.register_buffer("context_basis", torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()))
+        after = np.clip((np.arange(codec.frames) - codec.context_frames + 1) / (FADE_FRAMES + 1), 0, 1)
+        fade = 0.5 * (1 + np.cos(np.pi * after))  # 1 over the given frames, then falling to 0
+        self.register_buffer("fade", torch.from_numpy(fade.astype(np.float32))[None, :, None])
+        self.register_buffer("path", torch.from_numpy(skeleton.path_matrix[:, 1:].astype(np.float32)))
+
+    def features(self, joints: Tensor) -> Tensor:
+        """`window_features` in torch, for native joints (B, T, J, 3)."""
+        vectors = joints[:, :, 1:] - joints[:, :, self.skeleton.parents[1:].tolist()]
+        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(-1, keepdim=True)), min=1e-8)
+        return torch.cat([joints[:, :, 0] * ROOT_WEIGHT, directions.flatten(2)], -1)
+
+    def forward(
+        self, noise: Tensor, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor, bone_lengths: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Joints (metres) and rotations (B, T, J, 3).
+
+        Parameters
+        ----------
+        noise : (B, D)
+        actions : (B,) int64
+        active : (B,)
+            Share of the window in motion.
+        context : (B, P, J, 3)
+            Frames to continue, metres; only their motion relative to their first root counts.
+        has_context : (B,)
+            1 to continue `context`, 0 to start anew.
+        bone_lengths : (B, J)
+            Native units.
+        """
+        given = self.features((context - context[:, :1, :1]) / self.metres_per_unit)
+        code = (given.flatten(1) - self.context_mean) @ self.context_basis
+        condition = self.network.condition(actions, active, code, has_context)
+        window = self.network.integrate(noise, condition, steps=self.steps)
+        features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
+        # the given frames exactly, then a fade of what the window missed at the last of them
+        missed = given - features[:, : self.context_frames]
+        held = torch.cat([missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1)
+        features = features + has_context[:, None, None] * self.fade * held
+        vectors = features[..., 3:].reshape(noise.shape[0], self.frames, self.skeleton.n_joints - 1, 3)
+        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(-1, keepdim=True)), min=1e-6)
+        bones = directions * bone_lengths[:, None, 1:, None]
+        root = (features[..., :3] - features[:, :1, :3]) / ROOT_WEIGHT
+        joints = self.path @ bones + root[:, :, None]
+        return joints * self.metres_per_unit, inverse_kinematics(joints, self.skeleton)
+
+
+def round_to_half(module: nn.Module) -> None:
+    """Round what `store_as_half` stores, in place, so that storing loses nothing more.
+
+    Small tensors keep float32: the frequencies of the time's waves must not move.
+    """
+    with torch.no_grad():
+        for tensor in [*module.parameters(), *module.buffers()]:
+            if tensor.is_floating_point() and tensor.numel() >= SMALLEST_HALF:
+                tensor.copy_(tensor.half().float())
+
+
+def store_as_half(proto: onnx.ModelProto) -> None:
+    """Store the float32 weights of a graph as float16 with a cast, which halves the file; arithmetic stays float32."""
+    graph = proto.graph
+    casts = []
+    for tensor in graph.initializer:
+        if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < SMALLEST_HALF:
+            continue
+        name = tensor.name
+        half = numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float16), f"{name}_half")
+        tensor.CopyFrom(half)
+        casts.append(helper.make_node("Cast", [half.name], [name], to=TensorProto.FLOAT))
+    nodes = [*casts, *graph.node]
+    del graph.node[:]
+    graph.node.extend(nodes)
+
+
+def export_flow(
+    model: FlowModel,
+    dataset: ActionDataset,
+    path: str | os.PathLike[str],
+    *,
+    licence: str,
+    extra: Mapping[str, Any] | None = None,
+    steps: int = STEPS,
+) -> None:
+    """Write the ONNX file of `model`, whose weights are rounded to float16 in place.
+
+    Parameters
+    ----------
+    model : FlowModel
+    dataset : ActionDataset
+        What it was trained on.
+    path : path
+    licence : str
+        Licence of the weights, shown to users.
+    extra : mapping
+        More metadata; must be JSON.
+    steps : int
+        Midpoint steps of the integration.
+    """
+    codec, settings = model.codec, model.network.settings
+    joints = dataset.skeleton.n_joints
+    graph = WindowGraph(model, dataset.skeleton, dataset.frame.metres_per_unit, steps).cpu().eval()
+    round_to_half(graph)
+    arguments = (
+        torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),
+        torch.rand(2), torch.rand(2, joints),
+    )  # fmt: skip
+    names = ["noise", "actions", "active", "context", "has_context", "bone_lengths"]
+    batch = torch.export.Dim("batch", min=1)
+    program = torch.onnx.export(
+        graph, arguments, dynamo=True, opset_version=OPSET, input_names=names, output_names=["joints", "rotations"],
+        dynamic_shapes={name: {0: batch} for name in names}, verbose=False,
+    )  # fmt: skip
+    assert program is not None
+    proto = program.model_proto
+    store_as_half(proto)
+    counts = np.array([len(clip) for clip in dataset.joints])
+    shares = np.minimum(counts / dataset.length, 1)
+    grid = np.linspace(0, 1, 21)
+    metadata = describe_data(dataset, licence=licence) | {
+        "format": FORMAT,
+        "decoder": "flow",
+        "latent_size": settings.code_size,
+        "window_frames": codec.frames,
+        "context_frames": codec.context_frames,
+        # how much of a window moves before its clip ends, by action: quantiles at 0, 5 ... 100 %
+        "active": [np.round(np.quantile(shares[dataset.labels == label], grid), 4).tolist() for label in range(len(dataset.actions))],
+        **(extra or {}),
+    }
+    helper.set_model_props(proto, {"a2v": json.dumps(metadata, sort_keys=True)})
+    with atomic_path(path) as temporary:
+        onnx.save(proto, temporary)

@@ -1,0 +1,169 @@
+"""The window flow: its code, its training, its export, and windows that continue one another."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from a2v.datasets import ClipSampler
+from a2v.errors import InputError
+from a2v.kinematics import bone_lengths
+from a2v.motion import MotionModel
+from a2v.motion.flow import FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
+from a2v.motion.windows import LinearCode, WindowCodec, window_features
+from export import sample as sample_script
+from export.flow import WindowGraph, export_flow, round_to_half
+from tests.motion.test_training import waving
+
+SMALL = FlowSettings(
+    code_size=12, context_size=5, context_frames=4, width=32, blocks=2, iterations=60, batch_size=32, pool=200, threads=1, device="cpu",
+    learning_rate=5e-3, log_every=10,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def data():
+    return waving(clips=8, frames=40)
+
+
+@pytest.fixture(scope="module")
+def codec(data):
+    return WindowCodec.fit(data, size=12, context_size=5, context_frames=4, windows=300)
+
+
+@pytest.fixture(scope="module")
+def exported(data, codec, tmp_path_factory):
+    torch.manual_seed(0)
+    network = FlowNetwork(2, SMALL)
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(torch.randn_like(parameter) * 0.05)
+    model = FlowModel(network.eval(), codec)
+    path = tmp_path_factory.mktemp("flow") / "flow.onnx"
+    export_flow(model, data, path, licence="Apache-2.0", steps=3)
+    return model, MotionModel.load(path)
+
+
+def test_features_do_not_depend_on_bone_lengths(data):
+    joints = data.joints[0][:20] - data.joints[0][0, 0]
+    root = joints[:, :1]
+    larger = (joints - root) * 1.3 + root
+    assert np.allclose(window_features(joints, data.skeleton), window_features(larger, data.skeleton), atol=1e-5)
+
+
+def test_the_code_is_a_whitened_projection():
+    rng = np.random.default_rng(0)
+    features = (rng.normal(size=(500, 6)) * np.array([5, 3, 1, 0.5, 0.1, 0.01])) @ np.linalg.qr(rng.normal(size=(40, 6)))[0].T + 7
+    for size in (6, 20):  # the Krylov and the dense solver
+        code = LinearCode.fit(features.astype(np.float32), size)
+        assert np.allclose(code.basis @ code.basis.T, np.eye(size), atol=1e-4)
+    code = LinearCode.fit(features.astype(np.float32), 6)
+    encoded = code.encode(features)
+    assert np.allclose(np.cov(encoded[:, :4], rowvar=False), np.eye(4), atol=0.02)
+    assert np.allclose(code.decode(encoded), features, atol=1e-3)
+
+
+def test_a_code_cannot_be_larger_than_its_data():
+    with pytest.raises(InputError, match="code of 50"):
+        LinearCode.fit(np.zeros((20, 100), np.float32), 50)
+
+
+def test_the_flow_learns_to_make_the_data(data, tmp_path):
+    rows = []
+    settings = dataclasses.replace(SMALL, iterations=400)
+    model = train_flow(data, tmp_path, settings=settings, on_log=lambda _, row: rows.append(row))
+    assert rows[-1]["loss"] < 0.6 * rows[0]["loss"]
+    n = 400
+    zeros = torch.zeros(n)
+    with torch.no_grad():
+        condition = model.network.condition(torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros)
+        made = model.network.integrate(torch.randn(n, 12, generator=torch.Generator().manual_seed(0)), condition, steps=8).numpy()
+    codes, labels, _, _ = WindowPool(data, model.codec).draw(600, np.random.default_rng(0))
+    real, other = (codes.numpy()[labels.numpy() == label] for label in (1, 0))
+    distance = [np.linalg.norm(made[:, None] - set_[None], axis=-1).min(1).mean() for set_ in (real, other)]
+    assert distance[0] < 0.7 * distance[1]
+
+
+class Killed(Exception):
+    pass
+
+
+def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
+    whole = train_flow(data, tmp_path / "whole", settings=SMALL)
+
+    def kill(_model, row):
+        if row["iteration"] == 30:
+            raise Killed
+
+    with pytest.raises(Killed):
+        train_flow(data, tmp_path / "parts", settings=SMALL, on_log=kill)
+
+    resumed = train_flow(data, tmp_path / "parts", settings=SMALL)
+    for a, b in zip(whole.network.parameters(), resumed.network.parameters(), strict=True):
+        assert torch.equal(a, b)
+
+
+def test_onnx_equals_pytorch(exported, data):
+    model, onnx_model = exported
+    graph = WindowGraph(model, data.skeleton, data.frame.metres_per_unit, 3).eval()
+    round_to_half(graph)
+    rng = np.random.default_rng(1)
+    for batch in (1, 5):
+        windows = ClipSampler(data, 20).windows(rng.integers(0, 8, batch), rng)
+        inputs = (
+            rng.standard_normal((batch, 12), dtype=np.float32), rng.integers(0, 2, batch), rng.random(batch, dtype=np.float32),
+            windows[:, -4:], rng.uniform(0.1, 0.4, (batch, 20)).astype(np.float32),
+        )  # fmt: skip
+        noise, labels, active, context, lengths = inputs
+        joints, rotations = onnx_model.run_window(labels, active, noise, lengths, context)
+        with torch.no_grad():
+            expected = graph(*(torch.from_numpy(x) for x in (noise, labels, active, context, np.ones(batch, np.float32), lengths)))
+        assert np.abs(joints - expected[0].numpy()).max() < 1e-4
+        assert np.abs(rotations - expected[1].numpy()).max() < 1e-3
+        assert np.abs(bone_lengths(joints, data.skeleton)[..., 1:] - lengths[:, None, 1:]).max() < 1e-5
+
+
+def test_a_window_repeats_the_frames_it_continues(exported, data):
+    _, model = exported
+    rng = np.random.default_rng(2)
+    context = data.joints[0][None, 10:14]
+    lengths = data.clip_bone_lengths[:1]
+    joints, _ = model.run_window(np.array([0]), np.ones(1), rng.standard_normal((1, 12)), lengths, context)
+    assert np.abs(joints[:, :4] - (context - context[:, :1, :1])).max() < 2e-3
+    step = np.linalg.norm(np.diff(joints[0], axis=0), axis=-1).max(axis=1)
+    assert step[3] < 3 * np.median(step) + 0.02
+
+
+@pytest.mark.parametrize("frames", [5, 20, 47])
+def test_motions_of_any_length_without_jumps(exported, frames):
+    _, model = exported
+    motion = model.sample("slow", frames=frames, count=2, seed=3)
+    assert motion.joints.shape[:2] == (2, frames)
+    steps = np.linalg.norm(np.diff(motion.joints, axis=1), axis=-1).max(axis=-1)
+    if frames > 20:
+        inside = np.delete(steps, np.arange(15, steps.shape[1], 16)[: steps.shape[1] // 16], axis=1)
+        assert steps.max() < 2 * inside.max() + 1e-6
+    assert np.array_equal(motion.joints, model.sample("slow", frames=frames, count=2, seed=3).joints)
+
+
+def test_a_transition_goes_on_from_the_first_action(exported):
+    _, model = exported
+    one, two = model.sample("slow", frames=20, seed=1), model.sample(["slow", "fast"], frames=20, seed=1)
+    assert np.abs(one.joints - one.joints[0, 0] - two.joints + two.joints[0, 0])[:10].max() < 1e-5
+    assert np.abs(one.joints - two.joints)[10:].max() > 1e-3
+
+
+def test_the_script_gives_the_same_motion(exported):
+    _, model = exported
+    made = sample_script.Model(model.path).sample("slow,fast", frames=33, count=2, seed=5)
+    expected = model.sample(["slow", "fast"], frames=33, count=2, seed=5)
+    assert np.abs(made["joints"] - expected.joints).max() < 1e-5
+    assert np.abs(made["rotations"] - expected.rotations).max() < 1e-5
+
+
+def test_impossible_settings_are_refused():
+    with pytest.raises(InputError, match="must be positive"):
+        FlowSettings(blocks=0)

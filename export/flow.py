@@ -168,15 +168,14 @@ def export_flow(
     store_as_half(proto)
     counts = np.array([len(clip) for clip in dataset.joints])
     shares = np.minimum(counts / dataset.length, 1)
-    grid = np.linspace(0, 1, 21)
     metadata = describe_data(dataset, licence=licence) | {
         "format": FORMAT,
         "decoder": "flow",
         "latent_size": settings.code_size,
         "window_frames": codec.frames,
         "context_frames": codec.context_frames,
-        # how much of a window moves before its clip ends, by action: quantiles at 0, 5 ... 100 %
-        "active": [np.round(np.quantile(shares[dataset.labels == label], grid), 4).tolist() for label in range(len(dataset.actions))],
+        # how much of a window moves before its clip ends: sorted, one entry a clip, by action
+        "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
         **(extra or {}),
     }
     helper.set_model_props(proto, {"a2v": json.dumps(metadata, sort_keys=True)})

@@ -90,7 +90,8 @@ class Model:
         given = meta["context_frames"]
         joints = rotations = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
         for end in [*(np.flatnonzero(labels[1:] != labels[:-1]) + 1), len(labels)]:
-            share = np.float32(meta["active"][labels[end - 1]][18])  # how much of a window such clips move (90 % quantile)
+            shares = meta["active"][labels[end - 1]]
+            share = np.float32(shares[int(0.9 * (len(shares) - 1))])  # how much of a window such clips move (90 % quantile)
             usable = max(round(float(share) * meta["window_frames"]), given + 4)
             while joints.shape[1] < end:
                 following = joints.shape[1] > 0

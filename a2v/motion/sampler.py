@@ -146,9 +146,8 @@ class MotionModel:
             return self.generate(np.repeat(labels[:, None], frames, axis=1), lengths, generator)[0]
         if frames > self.metadata["window_frames"]:
             raise InputError(f"{self.path.name} makes windows of {self.metadata['window_frames']} frames; {frames} were asked for")
-        grid = np.linspace(0, 1, len(self.metadata["active"][0]))
-        quantile = generator.random(len(labels))
-        active = np.array([np.interp(q, grid, self.metadata["active"][label]) for q, label in zip(quantile, labels, strict=True)])
+        shares = [np.asarray(values) for values in self.metadata["active"]]
+        active = np.array([generator.choice(shares[label]) for label in labels])
         noise = generator.standard_normal((len(labels), self.metadata["latent_size"]), dtype=np.float32)
         return self.run_window(labels, active, noise, lengths)[0][:, :frames]
 
@@ -195,7 +194,8 @@ class MotionModel:
 
     def active_share(self, label: int) -> float:
         """Share of a window that clips of an action typically move: the 90 % quantile of the data."""
-        return float(self.metadata["active"][label][18])
+        shares = self.metadata["active"][label]
+        return float(shares[int(0.9 * (len(shares) - 1))])
 
     def _continue_windows(self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
         """Windows that continue one another until all frames are there; a change of the action starts a new one."""

@@ -189,7 +189,8 @@ def swing_between(source: Array, target: Array) -> Array:
     hx, hy, hz = h[..., 0], h[..., 1], h[..., 2]
     cross = xp.stack([ay * hz - az * hy, az * hx - ax * hz, ax * hy - ay * hx], -1)
     quat = xp.concatenate([(a * h).sum(-1)[..., None], cross], -1)
-    quat = quat / xp.where(opposite, xp.ones_like(quat[..., :1]), xp.sqrt(_norm_squared(quat))[..., None])
+    length = xp.sqrt(_norm_squared(quat))[..., None]
+    quat = quat / xp.where(opposite | (length == 0), xp.ones_like(length), length)
     zero = xp.zeros_like(ax)
     side = xp.where((abs(ax) < 0.9)[..., None], xp.stack([zero, -az, ay], -1), xp.stack([az, zero, -ax], -1))
     quat = xp.where(opposite, xp.concatenate([zero[..., None], unit(side)], -1), quat)

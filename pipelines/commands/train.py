@@ -50,7 +50,7 @@ def _train_flow(settings: Any) -> int:
     from a2v.motion.flow import FlowSettings, train_flow
     from export.flow import export_flow
 
-    chosen = FlowSettings(**{name: settings.flow[name] for name in FlowSettings.__dataclass_fields__})
+    chosen: FlowSettings = settings.flow
     dataset = load_dataset(settings.dataset, settings.data)
     out = Path(settings.out)
     with tqdm(total=chosen.iterations, desc=f"train {dataset.name} flow", unit="it", file=sys.stderr, smoothing=0.05) as bar:
@@ -76,7 +76,7 @@ def _train_vae(settings: Any) -> int:
     from export.motion import export_motion
 
     chosen = TrainSettings(**{name: settings[name] for name in TrainSettings.__dataclass_fields__})
-    vae = VAESettings(**{name: settings.vae[name] for name in VAESettings.__dataclass_fields__})
+    vae: VAESettings = settings.vae
     dataset = load_dataset(settings.dataset, settings.data)
     evaluator = load_evaluator(settings.evaluator) if settings.evaluator else None
     if evaluator is not None and evaluator.n_actions != len(dataset.actions):

@@ -80,7 +80,7 @@ def choose_variant() -> tuple[str, str | None]:
     works, library = _working_llvm()
     if not works:
         return FALLBACK_VARIANT, (
-            f"LLVM cannot be used by Mitsuba here, so frames are rendered with '{FALLBACK_VARIANT}' (about twice as slow); "
+            f"LLVM cannot be used by Mitsuba here, so frames are rendered with '{FALLBACK_VARIANT}' (several times slower); "
             "install karellen-llvm-core or LLVM 17 or newer, or point DRJIT_LIBLLVM_PATH at its library"
         )
     if library is not None:

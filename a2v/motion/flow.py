@@ -22,6 +22,7 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.io import atomic_path
+from a2v.motion.training import choose_device
 from a2v.motion.windows import WindowCodec, window_features
 
 
@@ -208,7 +209,7 @@ def train_flow(
     settings = settings or FlowSettings()
     if settings.threads:
         torch.set_num_threads(settings.threads)
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu") if settings.device == "auto" else torch.device(settings.device)
+    device = choose_device(settings.device)
     checkpoint = Path(folder) / "flow.pt"
     torch.manual_seed(settings.seed)
     network, averaged = (FlowNetwork(len(dataset.actions), settings).to(device) for _ in range(2))

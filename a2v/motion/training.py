@@ -106,7 +106,8 @@ class TrainState:
     log: list[dict[str, float]] = field(default_factory=list)
 
 
-def _device(name: str) -> torch.device:
+def choose_device(name: str) -> torch.device:
+    """The device called `name`; "auto" is CUDA where there is one, else the CPU."""
     return torch.device("cuda" if torch.cuda.is_available() else "cpu") if name == "auto" else torch.device(name)
 
 
@@ -124,7 +125,7 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
             f"{dataset.name} has no root trajectory (the root moves by {spread:.1g}), which '{vae.decoder}' infers; use 'lie' or 'plain'"
         )
     torch.manual_seed(settings.seed)
-    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(_device(settings.device))
+    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(choose_device(settings.device))
     optimizer = torch.optim.Adam(model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
     return TrainState(model, optimizer, np.random.default_rng(settings.seed))
 

@@ -118,5 +118,7 @@ class WindowCodec:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray], features: int) -> WindowCodec:
         """The inverse of `to_arrays`; `features` is the number of features a frame."""
-        window, context = (LinearCode(*(arrays[f"{name}.{field}"] for field in ("mean", "basis", "scale"))) for name in ("window", "context"))
+        window, context = (
+            LinearCode(*(arrays[f"{name}.{field}"] for field in ("mean", "basis", "scale"))) for name in ("window", "context")
+        )
         return cls(window, context, len(window.mean) // features, len(context.mean) // features)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -165,6 +166,25 @@ class PoseDecoder(nn.Module):
         return Pose(local + (previous_root + velocity)[:, :, None], rotations, velocity, state)
 
 
+DecodeStep = Callable[[Tensor, Tensor, Tensor, list[Tensor]], tuple[Tensor, Tensor | None, list[Tensor]]]
+
+
+def gru_step(inputs: Tensor, state: Tensor, gru: nn.GRU, layer: int) -> Tensor:
+    """New state (B, H) of one layer for inputs (B, D): written out, since a compiler can fuse this and not nn.GRU."""
+    weights = dict(gru.named_parameters())
+    given = nn.functional.linear(inputs, weights[f"weight_ih_l{layer}"], weights[f"bias_ih_l{layer}"]).chunk(3, -1)
+    kept = nn.functional.linear(state, weights[f"weight_hh_l{layer}"], weights[f"bias_hh_l{layer}"]).chunk(3, -1)
+    reset = torch.sigmoid(given[0] + kept[0])
+    update = torch.sigmoid(given[1] + kept[1])
+    candidate = torch.tanh(given[2] + reset * kept[2])
+    return candidate + update * (state - candidate)
+
+
+def shifted(joints: Tensor) -> Tensor:
+    """The poses before each frame: (B, T, J, 3) moved on by one, zeros first."""
+    return torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
+
+
 class States(NamedTuple):
     """Recurrent states between frames; all zeros before the first."""
 
@@ -235,55 +255,121 @@ class MotionVAE(nn.Module):
         pose = self.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
         return pose, States(prior_state, generator_state, states.trajectory if pose.state is None else pose.state)
 
-    def reconstruct(self, joints: Tensor, previous: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor) -> Reconstruction:
-        """One parallel training pass: no loop over frames, since every input is known beforehand.
+    def decode_forced(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
+        """Poses of sequences whose previous poses (B, T, J, 3) are known beforehand: one parallel pass, no loop over frames."""
+        outputs, _ = self.generator(torch.cat([previous.flatten(2), condition, latent], -1))
+        pose: Pose = self.pose_decoder(outputs, previous, lengths)
+        return pose
+
+    def decode_step(
+        self, previous: Tensor, encoded: Tensor, lengths: Tensor, states: list[Tensor]
+    ) -> tuple[Tensor, Tensor | None, list[Tensor]]:
+        """One frame of a sequence that is fed its own poses.
+
+        Parameters
+        ----------
+        previous : (B, J, 3)
+        encoded : (B, H)
+            What the generator's encoder makes of the inputs that are known beforehand (action, time counter, latent).
+        lengths : (B, J)
+        states : list of (B, H)
+            States of the generator's two layers and of GLMI-R's GRU.
+
+        Returns
+        -------
+        joints (B, J, 3), root velocity (B, 3) or None, states
+        """
+        weights = self.generator.encoder.weight[:, : 3 * self.skeleton.n_joints]
+        hidden = encoded + nn.functional.linear(previous.flatten(1), weights)
+        first = gru_step(hidden, states[0], self.generator.gru, 0)
+        second = gru_step(first, states[1], self.generator.gru, 1)
+        outputs = self.generator.decoder(second)[:, None]
+        pose = self.pose_decoder(outputs, previous[:, None], lengths, states[2][None])
+        trajectory = states[2] if pose.state is None else pose.state[0]
+        return pose.joints[:, 0], None if pose.velocity is None else pose.velocity[:, 0], [first, second, trajectory]
+
+    def decode_own(self, condition: Tensor, latent: Tensor, lengths: Tensor, step: DecodeStep | None = None) -> Pose:
+        """Poses of sequences that are fed back what they generate; gradients flow through the feedback.
+
+        Parameters
+        ----------
+        condition : (B, T, A + 1)
+            Action and time counter.
+        latent : (B, T, Z)
+        lengths : (B, J)
+        step : callable
+            `decode_step`, or a compiled version of it.
+        """
+        step = step or self.decode_step
+        pose_size = 3 * self.skeleton.n_joints
+        encoder = self.generator.encoder
+        encoded = nn.functional.linear(torch.cat([condition, latent], -1), encoder.weight[:, pose_size:], encoder.bias)
+        batch, frames = latent.shape[:2]
+        previous = latent.new_zeros(batch, self.skeleton.n_joints, 3)
+        states = [latent.new_zeros(batch, self.settings.hidden_size) for _ in range(3)]
+        poses, velocities = [], []
+        for t in range(frames):
+            previous, velocity, states = step(previous, encoded[:, t], lengths, states)
+            poses.append(previous)
+            if velocity is not None:
+                velocities.append(velocity)
+        return Pose(torch.stack(poses, 1), None, torch.stack(velocities, 1) if velocities else None, None)
+
+    def reconstruct(
+        self,
+        joints: Tensor,
+        actions: Tensor,
+        lengths: Tensor,
+        noise: Tensor,
+        teacher: Tensor | None = None,
+        *,
+        step: DecodeStep | None = None,
+    ) -> Reconstruction:
+        """One training pass. Only sequences without teacher forcing need a loop over frames.
 
         Parameters
         ----------
         joints : (B, T, J, 3)
-            Real poses p_t, for the posterior.
-        previous : (B, T, J, 3)
-            The poses p_{t-1} that prior and generator are given: real ones under teacher forcing, the model's own
-            otherwise (see `rollout`).
+            Real poses p_t.
         actions : (B, A)
             One-hot.
         lengths : (B, J)
         noise : (B, T, Z)
             Draws of the reparameterisation trick.
+        teacher : (B,) bool
+            Which sequences are given the real previous poses p_{t-1}; the others are given the model's own. None: all.
+        step : callable
+            `decode_step`, or a compiled version of it.
         """
-        batch, frames = joints.shape[:2]
-        counter = torch.arange(1, frames + 1, dtype=joints.dtype, device=joints.device) / frames
-        condition = torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(batch, -1, -1)], -1)
+        condition = self.condition(actions, joints.shape[1])
         posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
-        context = torch.cat([previous.flatten(2), condition], -1)
-        prior_mean, prior_logvar, _ = self.prior(context)
         latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
-        outputs, _ = self.generator(torch.cat([context, latent], -1))
-        pose = self.pose_decoder(outputs, previous, lengths)
+        forced = torch.arange(len(joints), device=joints.device) if teacher is None else torch.nonzero(teacher).squeeze(1)
+        own = forced[:0] if teacher is None else torch.nonzero(~teacher).squeeze(1)
+        given = shifted(joints)
+        parts: list[Pose] = []
+        if len(forced):
+            parts.append(self.decode_forced(given[forced], condition[forced], latent[forced], lengths[forced]))
+        if len(own):
+            rolled = self.decode_own(condition[own], latent[own], lengths[own], step)
+            given = given.index_copy(0, own, shifted(rolled.joints))
+            parts.append(rolled)
+        order = torch.argsort(torch.cat([forced, own]))
+        pose = Pose(
+            torch.cat([part.joints for part in parts])[order],
+            None,
+            torch.cat([part.velocity for part in parts if part.velocity is not None])[order]
+            if self.pose_decoder.follows_trajectory
+            else None,
+            None,
+        )
+        prior_mean, prior_logvar, _ = self.prior(torch.cat([given.flatten(2), condition], -1))
         return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar)
 
-    @torch.no_grad()
-    def rollout(self, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor) -> Tensor:
-        """The model's own poses (B, T, J, 3) when it is fed back what it generates, with z from the posterior.
-
-        These are the inputs of a sequence without teacher forcing; gradients do not flow through the feedback.
-        """
-        batch, frames = joints.shape[:2]
-        counter = torch.arange(1, frames + 1, dtype=joints.dtype, device=joints.device) / frames
-        condition = torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(batch, -1, -1)], -1)
-        mean, logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
-        latent = mean + torch.exp(0.5 * logvar) * noise
-        previous = torch.zeros_like(joints[:, 0])
-        _, state, trajectory = self.initial_states(batch)
-        poses = []
-        for t in range(frames):
-            inputs = torch.cat([previous.flatten(1), condition[:, t], latent[:, t]], -1)
-            outputs, state = self.generator(inputs[:, None], state)
-            pose = self.pose_decoder(outputs, previous[:, None], lengths, trajectory)
-            trajectory = trajectory if pose.state is None else pose.state
-            previous = pose.joints[:, 0]
-            poses.append(previous)
-        return torch.stack(poses, 1)
+    def condition(self, actions: Tensor, frames: int) -> Tensor:
+        """Action and time counter (B, T, A + 1) of sequences with one action (B, A)."""
+        counter = torch.arange(1, frames + 1, dtype=actions.dtype, device=actions.device) / frames
+        return torch.cat([actions[:, None].expand(-1, frames, -1), counter[None, :, None].expand(len(actions), -1, -1)], -1)
 
     @torch.no_grad()
     def sample(self, actions: Tensor, lengths: Tensor, noise: Tensor) -> Pose:

@@ -14,13 +14,13 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import nn
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.motion.losses import ReconstructionLoss, vae_losses
-from a2v.motion.networks import MotionVAE, VAESettings
+from a2v.motion.networks import DecodeStep, MotionVAE, VAESettings
 
 KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
 """Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and for other data."""
@@ -54,6 +54,9 @@ class TrainSettings:
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit (the paper's).
     seed : int
+    compile : bool
+        Compile the step of sequences that are fed their own poses: 2.5 times the speed on a CPU after a minute of
+        compiling. Needs a C++ compiler.
     threads : int
         CPU threads; 0 for torch's default.
     device : str
@@ -78,6 +81,7 @@ class TrainSettings:
     reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
     seed: int = 0
+    compile: bool = False
     threads: int = 0
     device: str = "auto"
     checkpoint_seconds: float = 180.0
@@ -104,6 +108,7 @@ class TrainState:
     iteration: int = 0
     seconds: float = 0.0
     log: list[dict[str, float]] = field(default_factory=list)
+    step: DecodeStep | None = None
 
 
 def choose_device(name: str) -> torch.device:
@@ -130,16 +135,6 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     return TrainState(model, optimizer, np.random.default_rng(settings.seed))
 
 
-def feedback_previous(model: MotionVAE, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor, teacher: Tensor) -> Tensor:
-    """The poses p_{t-1} that prior and generator see: real where `teacher` (B,) is true, the model's own elsewhere."""
-    previous = torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
-    own = torch.nonzero(~teacher).squeeze(1)
-    if len(own):
-        rolled = model.rollout(joints[own], actions[own], lengths[own], noise[own])
-        previous[own] = torch.cat([torch.zeros_like(rolled[:, :1]), rolled[:, :-1]], 1)
-    return previous
-
-
 def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings, *, kl_end: float) -> dict[str, float]:
     """One iteration; returns the unweighted terms of Eq. 12 and the weights in force."""
     model, generator = state.model, state.generator
@@ -159,8 +154,8 @@ def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings,
     for group in state.optimizer.param_groups:
         group["lr"] = rate
 
-    previous = feedback_previous(model, joints, actions, lengths, draws, teacher)
-    losses = vae_losses(model.reconstruct(joints, previous, actions, lengths, draws), joints, reconstruction=settings.reconstruction)
+    result = model.reconstruct(joints, actions, lengths, draws, teacher, step=state.step)
+    losses = vae_losses(result, joints, reconstruction=settings.reconstruction)
     total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
     state.optimizer.zero_grad(set_to_none=True)
     total.backward()  # type: ignore[no-untyped-call]
@@ -202,6 +197,9 @@ def train(
     state = start(dataset, vae, settings)
     if checkpoint.exists():
         load_checkpoint(checkpoint, state, dataset, vae, settings)
+    if settings.compile:
+        # the number of sequences without teacher forcing differs from batch to batch
+        state.step = torch.compile(state.model.decode_step, dynamic=True)
     sampler = ClipSampler(dataset, settings.length or dataset.length)
     kl_end = settings.final_kl(dataset)
     began, saved = time.monotonic() - state.seconds, time.monotonic()
@@ -272,7 +270,7 @@ def read_checkpoint(path: str | os.PathLike[str]) -> dict[str, Any]:
     return dict(content)
 
 
-FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every"})
+FREE_TO_CHANGE = frozenset({"compile", "threads", "device", "checkpoint_seconds", "log_every"})
 """Settings that do not change what is learned, so that a run may be resumed with others."""
 
 

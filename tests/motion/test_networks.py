@@ -9,7 +9,7 @@ from torch.distributions import Normal, kl_divergence
 
 from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
 from a2v.motion.losses import gaussian_kl, vae_losses
-from a2v.motion.networks import DECODERS, MotionVAE, VAESettings
+from a2v.motion.networks import DECODERS, MotionVAE, VAESettings, shifted
 
 
 def parameters(module):
@@ -24,10 +24,6 @@ def inputs(skeleton=HUMANACT12, batch=3, frames=9, actions=12, latent=30, seed=0
     lengths = torch.rand(batch, skeleton.n_joints, generator=g)
     noise = torch.randn(batch, frames, latent, generator=g)
     return joints, onehot, lengths, noise
-
-
-def shifted(joints):
-    return torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
 
 
 def test_sizes_of_table_3():
@@ -46,7 +42,7 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
     model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton))
     previous = shifted(joints)
-    parallel = model.reconstruct(joints, previous, actions, lengths, noise)
+    parallel = model.reconstruct(joints, actions, lengths, noise)
     states = model.initial_states(3)
     latent = parallel.posterior_mean + torch.exp(0.5 * parallel.posterior_logvar) * noise
     for t in range(joints.shape[1]):
@@ -62,14 +58,53 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
 
 
 @pytest.mark.parametrize("decoder", DECODERS)
-def test_the_rollout_is_a_fixed_point_of_the_parallel_pass(decoder):
-    """Fed with its own roll-out, the parallel pass must produce exactly that roll-out again."""
+def test_the_loop_is_a_fixed_point_of_the_parallel_pass(decoder):
+    """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these poses again."""
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder)).double()
     joints, actions, lengths, noise = (x.double() for x in inputs())
-    rolled = model.rollout(joints, actions, lengths, noise)
-    again = model.reconstruct(joints, shifted(rolled), actions, lengths, noise).pose.joints
-    assert torch.allclose(again, rolled, atol=1e-10)
+    own = model.reconstruct(joints, actions, lengths, noise, torch.zeros(3, dtype=torch.bool))
+    latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
+    again = model.decode_forced(shifted(own.pose.joints), model.condition(actions, joints.shape[1]), latent, lengths)
+    assert torch.allclose(again.joints, own.pose.joints, atol=1e-10)
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_teacher_forcing_is_per_sequence(decoder):
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder)).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs())
+    teacher = torch.tensor([False, True, False])
+    every = torch.ones(3, dtype=torch.bool)
+    mixed, forced, own = (model.reconstruct(joints, actions, lengths, noise, mask) for mask in (teacher, every, ~every))
+    assert not torch.allclose(forced.pose.joints, own.pose.joints, atol=1e-4)
+    for row, expected in zip(range(3), (own, forced, own), strict=True):
+        for a, b in zip((mixed.pose.joints, mixed.prior_mean), (expected.pose.joints, expected.prior_mean), strict=True):
+            assert torch.allclose(a[row], b[row], atol=1e-10)
+
+
+def test_gradients_flow_through_the_feedback():
+    """The derivative of the loss by a weight, through all 20 fed back poses, against a difference quotient."""
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings()).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs(frames=20))
+    teacher = torch.zeros(3, dtype=torch.bool)
+
+    def loss() -> torch.Tensor:
+        return vae_losses(model.reconstruct(joints, actions, lengths, noise, teacher), joints, reconstruction="mse").reconstruction
+
+    weight = model.generator.encoder.weight
+    loss().backward()
+    assert weight.grad is not None
+    place = divmod(int(weight.grad[:, 3:72].abs().argmax()), 69)  # a weight that sees the pose fed back
+    expected = weight.grad[place[0], place[1] + 3].item()
+    values = []
+    for sign in (1, -1):
+        with torch.no_grad():
+            weight[place[0], place[1] + 3] += sign * 1e-5
+            values.append(loss().item())
+            weight[place[0], place[1] + 3] -= sign * 1e-5
+    assert (values[0] - values[1]) / 2e-5 == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
@@ -94,7 +129,7 @@ def test_losses_against_closed_forms():
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings(decoder="glmi-m"))
     joints, actions, lengths, noise = inputs()
-    result = model.reconstruct(joints, shifted(joints), actions, lengths, noise)
+    result = model.reconstruct(joints, actions, lengths, noise)
     moved = result._replace(pose=result.pose._replace(joints=joints + torch.tensor([0.03, 0.0, 0.04]), velocity=result.pose.velocity * 0))
     norm, mse = (vae_losses(moved, joints, reconstruction=kind) for kind in ("norm", "mse"))
     assert norm.reconstruction.item() == pytest.approx(24 * 0.05, rel=1e-4)
@@ -108,7 +143,7 @@ def test_every_parameter_learns(decoder):
     torch.manual_seed(0)
     model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder))
     joints, actions, lengths, noise = inputs()
-    losses = vae_losses(model.reconstruct(joints, shifted(joints), actions, lengths, noise), joints)
+    losses = vae_losses(model.reconstruct(joints, actions, lengths, noise), joints)
     (losses.reconstruction + losses.kl + losses.alignment).backward()
     for name, parameter in model.named_parameters():
         assert parameter.grad is not None, name

@@ -12,7 +12,7 @@ from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.kinematics import CMU, forward_kinematics
 from a2v.motion.networks import VAESettings
-from a2v.motion.training import TrainSettings, feedback_previous, read_checkpoint, start, train
+from a2v.motion.training import TrainSettings, read_checkpoint, start, train
 
 
 def waving(trajectory=True, clips=6, frames=30):
@@ -81,20 +81,6 @@ def test_glmi_needs_a_trajectory():
     with pytest.raises(InputError, match="no root trajectory"):
         start(waving(trajectory=False), SMALL, SETTINGS)
     start(waving(trajectory=False), dataclasses.replace(SMALL, decoder="lie"), SETTINGS)
-
-
-def test_teacher_forced_sequences_see_real_poses_and_others_their_own():
-    dataset = waving()
-    model = start(dataset, SMALL, SETTINGS).model
-    joints = torch.from_numpy(np.stack([j[:20] - j[0, 0] for j in dataset.joints[:4]]))
-    lengths = torch.from_numpy(dataset.clip_bone_lengths[:4])
-    actions, noise = torch.eye(2)[[0, 1, 0, 1]], torch.zeros(4, 20, 4)
-    teacher = torch.tensor([True, False, True, False])
-    previous = feedback_previous(model, joints, actions, lengths, noise, teacher)
-    assert torch.equal(previous[:, 0], torch.zeros_like(previous[:, 0]))
-    assert torch.equal(previous[teacher, 1:], joints[teacher, :-1])
-    own = model.rollout(joints, actions, lengths, noise)
-    assert torch.allclose(previous[~teacher, 1:], own[~teacher, :-1], atol=1e-5)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"\x80\x04cos\nsystem\n(S'true'\ntR."])

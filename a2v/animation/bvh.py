@@ -75,6 +75,7 @@ def read_bvh(
     up: str | None = None,
     person: bool = True,
     action: str = "",
+    name: str = "BVH text",
 ) -> Motion:
     """Read a BVH file.
 
@@ -95,6 +96,8 @@ def read_bvh(
         Demand the joints of a person under a known naming scheme (`canonical_joints`); False takes any skeleton.
     action : str
         Stored in the motion.
+    name : str
+        What messages call text or bytes.
 
     Returns
     -------
@@ -107,7 +110,7 @@ def read_bvh(
         The file is missing, empty, truncated, inconsistent, not finite, of absurd size or not a person; the message names the
         file and the line.
     """
-    text, source = _text(path)
+    text, source = _text(path, name)
     file = _parse(text, source)
     nodes, frames = file.nodes, len(file.values)
     local, turns = _local_transforms(file)
@@ -225,11 +228,11 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
 # ---------------------------------------------------------------------------------------------------------- reading
 
 
-def _text(path: str | os.PathLike[str] | bytes) -> tuple[str, str]:
+def _text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, str]:
     if isinstance(path, bytes):
-        return path.decode("latin-1"), "BVH text"
+        return path.decode("latin-1"), name
     if isinstance(path, str) and ("\n" in path or path.lstrip().startswith("HIERARCHY")):
-        return path, "BVH text"
+        return path, name
     source = Path(path)
     try:
         if source.is_dir():

@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, bone_lengths, inverse_kinematics
+from a2v.kinematics import Skeleton, bone_lengths, inverse_kinematics, skeleton_of
 from a2v.types import FloatArray, IntArray, Motion
 
 MAX_FILE_BYTES = 64 << 20
@@ -64,6 +64,10 @@ class ActionDataset:
     length : int
         Frames the papers generate and evaluate.
     frame : NativeFrame
+    trajectory : bool
+        Whether the roots travel; False where they are only known up to the person's own position (NTU-VIBE).
+    notes : tuple of str
+        What the loader wants people to know: files it passed over, units it guessed.
     """
 
     name: str
@@ -76,6 +80,8 @@ class ActionDataset:
     fps: float
     length: int
     frame: NativeFrame = NativeFrame()
+    trajectory: bool = True
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -97,13 +103,18 @@ class ActionDataset:
         )
         return lengths
 
+    @cached_property
+    def _motion_skeleton(self) -> Skeleton:
+        return skeleton_of(self.skeleton.name, self.skeleton.parents.tolist(), self.skeleton.joint_names)
+
     def motion(self, index: int) -> Motion:
         """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the ground."""
         joints = self.joints[index] * np.float32(self.frame.metres_per_unit)
         joints = joints - np.array([joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32)
         return Motion(
             joints=joints,
-            rotations=inverse_kinematics(joints, self.skeleton).astype(np.float32),
+            # a Motion names its skeleton: the rotations are those of the skeleton that this name gives
+            rotations=inverse_kinematics(joints, self._motion_skeleton).astype(np.float32),
             root=joints[:, 0],
             fps=self.fps,
             parents=self.skeleton.parents,
@@ -139,6 +150,36 @@ class ActionDataset:
         if not inside or not outside:
             raise InputError(f"holding out {', '.join(held_out)} leaves one side of {self.name} empty")
         return self.subset(outside), self.subset(inside)
+
+    def choose_subjects(self, share: float = 0.2, *, seed: int = 0) -> tuple[str, ...]:
+        """Subjects to hold out: about `share` of the clips, with every action left on the training side.
+
+        Subjects are taken in a random order as long as they fit; so the choice depends on the data and on `seed` alone.
+
+        Raises
+        ------
+        InputError
+            There is only one subject, or none can be spared.
+        """
+        subjects, actions = np.array(self.subjects), set(self.labels.tolist())
+        order = [str(name) for name in np.random.default_rng(seed).permutation(sorted(set(self.subjects)))]
+        chosen: list[str] = []
+
+        def spared(names: list[str]) -> bool:
+            return set(self.labels[~np.isin(subjects, names)].tolist()) == actions
+
+        for subject in order:
+            held = int(np.isin(subjects, [*chosen, subject]).sum())
+            if held <= share * len(self) and spared([*chosen, subject]):
+                chosen.append(subject)
+        if not chosen:  # everyone has more than the share: the one with the fewest clips
+            chosen = sorted((name for name in order if spared([name])), key=self.subjects.count)[:1]
+        if not chosen:
+            raise InputError(
+                f"{self.name} has {len(order)} subjects ({', '.join(order[:5])}); none can be held out without losing an action: "
+                "name each clip SUBJECT_something, or record more people"
+            )
+        return tuple(sorted(chosen))
 
 
 class ClipSampler:
@@ -177,7 +218,7 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
     Raises
     ------
     InputError
-        Wrong shape, no frame, or numbers that are not finite; `where` names the file.
+        Wrong shape, fewer than 2 frames, or numbers that are not finite; `where` names the file.
     """
     if array.ndim == 2 and array.shape[1] == 3 * n_joints:
         array = array.reshape(len(array), n_joints, 3)
@@ -185,6 +226,8 @@ def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
         raise InputError(f"{where}: joints have shape {array.shape}; expected (frames, {n_joints}, 3)")
     if len(array) == 0:
         raise InputError(f"{where}: the clip has no frames")
+    if len(array) == 1:
+        raise InputError(f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away")
     if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
         raise InputError(f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN or infinity, or integers")
     return array.astype(np.float32)

@@ -152,19 +152,19 @@ NTU_VIBE = Skeleton(
     name="ntu_vibe",
     joint_names=(
         "pelvis", "neck", "right_shoulder", "right_elbow", "right_wrist", "left_shoulder", "left_elbow", "left_wrist",
-        "head", "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle", "left_foot",
-        "right_foot", "head_top",
+        "head", "right_hip", "right_knee", "right_ankle", "left_hip", "left_knee", "left_ankle", "left_heel",
+        "right_heel", "head_top",
     ),
     chains=((0, 12, 13, 14, 15), (0, 9, 10, 11, 16), (0, 1, 8, 17), (1, 5, 6, 7), (1, 2, 3, 4)),
     rest_directions=_directions(
         [(0, 0, 0), _UP, _RIGHT, _RIGHT, _RIGHT, _LEFT, _LEFT, _LEFT, _UP, (-0.8, -0.6, 0), _DOWN, _DOWN, (0.8, -0.6, 0),
-         _DOWN, _DOWN, _FRONT, _FRONT, _UP]
+         _DOWN, _DOWN, (0, -0.6, -0.8), (0, -0.6, -0.8), _UP]
     ),
     feet=(14, 15, 11, 16),
     hips=(12, 9),
     shoulders=(5, 2),
 )  # fmt: skip
-"""18 joints that the authors re-estimated with VIBE for NTU-RGBD."""
+"""18 joints that the authors re-estimated with VIBE for NTU-RGBD: OpenPose's body, whose joint 8 is the nose, with heels but no toes."""
 
 SKELETONS: dict[str, Skeleton] = {skeleton.name: skeleton for skeleton in (HUMANACT12, CMU, NTU_VIBE)}
 

@@ -93,7 +93,16 @@ def test_splits_by_subject_do_not_overlap(humanact12):
         humanact12.split(["P99"])
 
 
-GOOD = {"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())}
+def test_chosen_subjects_leave_every_action_and_depend_on_the_seed_alone(humanact12, cmu):
+    for dataset in (humanact12, cmu):
+        chosen = dataset.choose_subjects(0.2)
+        training, held_out = dataset.split(chosen)
+        assert 0 < len(held_out) <= 0.2 * len(dataset)
+        assert set(training.labels) == set(dataset.labels)
+        assert chosen == dataset.choose_subjects(0.2)
+    assert len({humanact12.choose_subjects(0.2, seed=seed) for seed in range(6)}) > 1
+    with pytest.raises(InputError, match="1 subjects"):
+        small_dataset().choose_subjects()
 
 
 @pytest.mark.parametrize(
@@ -102,6 +111,7 @@ GOOD = {"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())}
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(joints=20))}, r"A0101\.npy.*24, 3"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip() * np.nan)}, r"A0101\.npy.*finite"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=0))}, r"A0101\.npy.*no frames"),
+        ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip(frames=1))}, r"A0101\.npy.*1 frame"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": b"not numpy"}, r"A0101\.npy.*no readable"),
         ({"HumanAct12/P01G01R01F0001T0064A0101.npy": npy(clip())[:-100]}, r"A0101\.npy.*no readable"),
         ({"HumanAct12/walk.npy": npy(clip())}, r"walk\.npy.*action code"),
@@ -121,22 +131,22 @@ def test_pickled_arrays_are_refused(tmp_path):
         load_humanact12(write_zip(tmp_path / "h.zip", {"P01G01R01F0001T0064A0101.npy": stream.getvalue()}))
 
 
-def test_one_frame_clips_load(tmp_path):
-    dataset = load_humanact12(write_zip(tmp_path / "h.zip", {"P01G01R01F0001T0064A0101.npy": npy(clip(frames=1))}))
-    assert dataset.motion(0).frames == 1
-
-
 @pytest.mark.parametrize(
     ("table", "message"),
     [
         ("motion,action_type\n01_01,Fly\n", "line 2.*Fly"),
+        ("motion,action_type\n01_01,Walk\n02_01,Walk\n", r"02_01\.npy: the clip has 1 frame"),
         ("motion,action_type\n01_01,Walk\n09_99,Walk\n", "line 3.*09_99"),
         ("a,b\n1,2\n", "columns"),
         ("", "columns"),
     ],
 )
 def test_broken_cmu_lists_name_the_line(tmp_path, table, message):
-    files = {"pose_clip.csv": table.encode(), "mocap_3djoints/01_01.npy": npy(clip(joints=20))}
+    files = {
+        "pose_clip.csv": table.encode(),
+        "mocap_3djoints/01_01.npy": npy(clip(joints=20)),
+        "mocap_3djoints/02_01.npy": npy(clip(1, 20)),
+    }
     with pytest.raises(InputError, match=message):
         load_cmu(write_zip(tmp_path / "cmu_mocap.zip", files))
 

@@ -1,0 +1,167 @@
+"""Pickles of numpy arrays from strangers: read without running anything that they name."""
+
+from __future__ import annotations
+
+import io
+import math
+import pickle
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from a2v.errors import InputError
+
+_PLAIN_KINDS = "biufcSU"
+"""Kinds of numpy numbers and text; objects, structures and dates are refused."""
+
+
+class _Forbidden(Exception):
+    """A pickle asks for something else than arrays."""
+
+
+class _NoClass:
+    """Stands for `numpy.ndarray` where a pickle passes the class on; it cannot be called."""
+
+
+class _StoredArray:
+    """What joblib leaves in the place of an array; the numbers follow in the stream (its format since 0.10)."""
+
+    def read(self, stream: io.BytesIO) -> np.ndarray:
+        """The array, bounded by what is left of the file."""
+        shape, order, dtype = (self.__dict__.get(name) for name in ("shape", "order", "dtype"))
+        if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(shape, tuple) or order not in ("C", "F"):
+            raise _Forbidden(f"an array of {dtype!r} and shape {shape!r}")
+        if not all(isinstance(n, int) and n >= 0 for n in shape):
+            raise _Forbidden(f"an array of shape {shape!r}")
+        if self.__dict__.get("numpy_array_alignment_bytes") is not None:  # since joblib 1.2: a byte that counts the padding
+            stream.read(stream.read(1)[0])
+        size = math.prod(shape) * dtype.itemsize
+        data = stream.read(size) if size <= len(stream.getbuffer()) else b""
+        if len(data) != size:
+            raise EOFError(f"an array of shape {shape} and {dtype} is cut off")
+        return np.frombuffer(data, dtype=dtype).reshape(shape, order=order)
+
+
+def _array(kind: object, shape: object, code: object) -> np.ndarray:
+    """numpy's `_reconstruct`: an empty array, filled by its state afterwards."""
+    if kind is not _NoClass:
+        raise _Forbidden("an array of a foreign class")
+    return np.empty(0, dtype=np.uint8)
+
+
+def _dtype(code: object, *_: object) -> np.dtype:
+    found = np.dtype(code) if isinstance(code, str) else None
+    if found is None or found.kind not in _PLAIN_KINDS:
+        raise _Forbidden(f"the type {code!r}")
+    return found
+
+
+def _scalar(dtype: object, data: object) -> Any:
+    if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(data, bytes) or len(data) != dtype.itemsize:
+        raise _Forbidden("a number of a foreign type")
+    return np.frombuffer(data, dtype=dtype)[0]
+
+
+def _encode(text: object, encoding: object = "latin1") -> bytes:
+    """Protocol 2 keeps bytes as text."""
+    if not isinstance(text, str) or encoding not in ("latin1", "latin-1"):
+        raise _Forbidden("text in a foreign encoding")
+    return text.encode("latin-1")
+
+
+def _no_bytes() -> bytes:
+    """How protocol 2 writes bytes without content."""
+    return b""
+
+
+def _from_buffer(data: object, dtype: object, shape: object, order: object) -> np.ndarray:
+    """How protocol 5 writes arrays."""
+    if not isinstance(data, bytes | bytearray) or not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS:
+        raise _Forbidden("an array of Python objects")
+    return np.frombuffer(data, dtype=dtype).reshape(shape, order=order)  # type: ignore[call-overload, no-any-return]
+
+
+_ALLOWED: dict[tuple[str, str], Any] = {
+    ("collections", "OrderedDict"): OrderedDict,
+    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _StoredArray,
+    ("numpy", "ndarray"): _NoClass,
+    ("numpy", "dtype"): _dtype,
+    ("_codecs", "encode"): _encode,
+    ("__builtin__", "bytes"): _no_bytes,
+    **{(f"numpy.{core}.numeric", "_frombuffer"): _from_buffer for core in ("core", "_core")},
+    **{(f"numpy.{core}.multiarray", "_reconstruct"): _array for core in ("core", "_core")},
+    **{(f"numpy.{core}.multiarray", "scalar"): _scalar for core in ("core", "_core")},
+}
+
+
+class _ArrayUnpickler(pickle._Unpickler):
+    """Python's own unpickler (the one in C cannot be stopped inside the stream) with a list of what may be named."""
+
+    stack: list[Any]
+    memo: dict[int, Any]
+    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(pickle._Unpickler.dispatch)
+
+    def __init__(self, stream: io.BytesIO) -> None:
+        super().__init__(stream)
+        self.stream = stream
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Arrays and plain containers only."""
+        try:
+            return _ALLOWED[module, name]
+        except KeyError:
+            raise _Forbidden(f"{module}.{name}") from None
+
+    def load_build(self) -> None:
+        """Set a state; only arrays, types and joblib's place holders take one."""
+        state, target = self.stack.pop(), self.stack[-1]
+        made: np.ndarray | np.dtype
+        if isinstance(target, _StoredArray) and isinstance(state, dict):
+            target.__dict__.update({key: state.get(key) for key in ("shape", "order", "dtype", "numpy_array_alignment_bytes")})
+            made = target.read(self.stream)
+        elif isinstance(target, np.ndarray) and isinstance(state, tuple) and len(state) == 5:
+            _, shape, dtype, column_major, data = state
+            if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(data, bytes):
+                raise _Forbidden("an array of Python objects")
+            made = np.frombuffer(data, dtype=dtype).reshape(shape, order="F" if column_major else "C")
+        elif isinstance(target, np.dtype) and isinstance(state, tuple) and len(state) > 1 and state[1] in ("<", ">", "=", "|"):
+            made = target.newbyteorder(state[1])
+        else:
+            raise _Forbidden(f"a state for {type(target).__name__}")
+        self.stack[-1] = made
+        for key in reversed(self.memo):  # later references mean the filled one; it was remembered a moment ago
+            if self.memo[key] is target:
+                self.memo[key] = made
+                break
+
+    dispatch[pickle.BUILD[0]] = load_build
+
+
+def read_arrays_pickle(data: bytes, where: str) -> Any:
+    """Read a pickle, or an uncompressed joblib file, of numbers, text, containers and numpy arrays.
+
+    Nothing that the file names is imported or called: arrays are built from their bytes. Arrays of objects, subclasses and every
+    other class are refused.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file; its size bounds the arrays.
+    where : str
+        Name of the file for messages.
+
+    Raises
+    ------
+    InputError
+        It is no such file; the message says what it asked for.
+    """
+    if data[:1] != pickle.PROTO:
+        raise InputError(f"{where} is no pickle of Python 3, or a compressed one; save it anew with joblib.dump(value, path)")
+    try:
+        return _ArrayUnpickler(io.BytesIO(data)).load()
+    except _Forbidden as error:
+        raise InputError(f"{where} was not opened: it asks for {error}; only numpy arrays and plain values are read") from None
+    except Exception as error:  # the unpickler raises every kind for a damaged stream
+        raise InputError(f"{where} is a damaged pickle ({type(error).__name__}: {error})".replace("\n", " ")) from None

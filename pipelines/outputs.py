@@ -19,12 +19,16 @@ _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb"
 
 
 def write_results(outcome: Outcome, folder: Path, views: Sequence[str]) -> list[Path]:
-    """Write video, clips, character and motion; returns the paths, the video's first."""
+    """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first."""
+    from a2v.rendering import write_page
+
     written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
     written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
     written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
-    outcome.get("motion", Motion).save(folder / "motion.npz")
-    return [*written, folder / "motion.npz"]
+    motion = outcome.get("motion", Motion)
+    motion.save(folder / "motion.npz")
+    write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
+    return [*written, folder / "motion.npz", folder / "preview.html"]
 
 
 def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:

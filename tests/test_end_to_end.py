@@ -47,7 +47,7 @@ def made(tmp_path_factory) -> tuple[Path, subprocess.CompletedProcess[str]]:
 
 def test_every_promised_file_is_there_and_the_path_comes_last(made):
     out, result = made
-    names = {"video.mp4", "front.mp4", "left.mp4", "character.glb", "motion.bvh", "motion.npz", "report.json"}
+    names = {"video.mp4", "front.mp4", "left.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "report.json"}
     assert {path.name for path in out.iterdir()} == names
     assert result.stdout.splitlines()[-1] == str(out / "video.mp4")
 

@@ -7,6 +7,7 @@ imports neither Mitsuba nor PyAV.
 
 from a2v.rendering.camera import DIRECTIONS, ViewCamera, follow_cameras
 from a2v.rendering.images import contact_sheet, linear_to_srgb, side_by_side, srgb_to_linear
+from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Layers, Renderer, denoise
 from a2v.rendering.scene import SceneSettings
 from a2v.rendering.variant import activate, choose_variant
@@ -30,6 +31,7 @@ __all__ = [
     "side_by_side",
     "srgb_to_linear",
     "write_gif",
+    "write_page",
     "write_video",
     "write_webp",
 ]

@@ -17,7 +17,8 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
   a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
 
-The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz and report.json.
+The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
+(a double click shows the character, turnable, beside the video) and report.json.
 Run it again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
 
 

@@ -1,0 +1,98 @@
+"""A web page of one file: the character, turnable in the browser, next to the video. No server and no network.
+
+The viewer is three.js with its glTF loader, taken when the page is made out of the wheel of trimesh, which carries them for
+its own notebooks (MIT licence, its notice stays in the page).
+"""
+
+from __future__ import annotations
+
+import base64
+import functools
+import html
+import os
+from pathlib import Path
+from string import Template
+
+from a2v.errors import A2VError, InputError
+from a2v.io import atomic_path
+
+MAX_PAGE_BYTES = 400 << 20
+"""Browsers refuse to open pages much larger than this."""
+
+
+@functools.lru_cache(maxsize=1)
+def viewer_script() -> str:
+    """three.js with ``THREE.GLTFLoader`` as one classic script (it defines the global ``THREE``).
+
+    Raises
+    ------
+    A2VError
+        The installed trimesh carries no such viewer.
+    """
+    import trimesh
+    from trimesh.viewer import scene_to_html
+
+    page = scene_to_html(trimesh.Scene(trimesh.creation.box()))
+    end = "THREE.GLTFLoader=GLTFLoader;})();"  # behind it comes trimesh's own page
+    begin, stop = page.find("<script>"), page.find(end)
+    if begin < 0 or stop < begin or "AnimationMixer" not in page[begin:stop]:
+        raise A2VError(f"trimesh {trimesh.__version__} carries no three.js viewer with animation; install trimesh 5.2")
+    return str(page[begin + len("<script>") : stop + len(end)])
+
+
+def write_page(
+    path: str | os.PathLike[str],
+    character: bytes | str | os.PathLike[str],
+    video: bytes | str | os.PathLike[str] | None = None,
+    *,
+    title: str = "a2v",
+) -> None:
+    """Write an HTML page that shows an animated character, turnable, and a video beside it, in step with the first clip.
+
+    ``#azimuth=90&elevation=10&time=0.5&clip=1`` behind the page's address chooses where to look from (degrees; 90: the
+    person's left), a moment to stop at (seconds) and a clip.
+
+    Parameters
+    ----------
+    path
+        Ends in ``.html``; written atomically.
+    character : bytes or path
+        A binary glTF, such as `a2v.animation.write_glb`'s.
+    video : bytes or path or None
+        An MP4.
+    title : str
+        Heading of the page.
+
+    Raises
+    ------
+    InputError
+        `character` is no binary glTF, `video` no MP4, or both together are too large for a page.
+    """
+    glb, film = _data(character), b"" if video is None else _data(video)
+    if glb[:4] != b"glTF":
+        raise InputError("the character is not a binary glTF (.glb); make one with write_glb")
+    if film and film[4:8] != b"ftyp":
+        raise InputError("the video is not an MP4; make one with write_video")
+    if len(glb) + len(film) > MAX_PAGE_BYTES:
+        raise InputError(f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
+    source = f'src="data:video/mp4;base64,{base64.b64encode(film).decode()}"'
+    text = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8")).substitute(
+        title=html.escape(title),
+        video=f'<video id="video" {source} controls loop muted autoplay playsinline></video>' if film else "",
+        layout="both" if film else "alone",
+        viewer=viewer_script(),
+        glb=base64.b64encode(glb).decode(),
+    )
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _data(source: bytes | str | os.PathLike[str]) -> bytes:
+    if isinstance(source, bytes):
+        return source
+    try:
+        if Path(source).stat().st_size > MAX_PAGE_BYTES:
+            raise InputError(f"{source} is too large for a page; the limit is {MAX_PAGE_BYTES >> 20} MB")
+        return Path(source).read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {source}: {error.strerror}") from error

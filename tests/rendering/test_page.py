@@ -1,0 +1,124 @@
+"""The page of one file, opened by a real browser without a server."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from a2v import Character, InputError, Surface
+from a2v.animation import bind, deform, write_glb
+from a2v.animation.mesh import vertex_normals
+from a2v.body import load_body_model, make_body
+from a2v.rendering import write_page, write_video
+from a2v.rendering.page import viewer_script
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+
+
+@pytest.fixture(scope="module")
+def browser() -> str:
+    found = os.environ.get("CHROME") or next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        pytest.skip(f"no browser found (looked for $CHROME, {', '.join(BROWSERS)})")
+    return found
+
+
+@pytest.fixture(scope="module")
+def character() -> Character:
+    """Red in front of its middle and blue behind: the side that is seen can be told by colour."""
+    body = make_body(load_body_model(), grounded=True)
+    normals = vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
+    colors = np.where(normals[:, 2:] > 0, (0.8, 0.1, 0.1), (0.1, 0.1, 0.8))
+    vertices = (body.vertices + 0.005 * normals).astype(np.float32)
+    return bind(Surface(vertices=vertices, faces=body.faces, colors=colors.astype(np.float32)), body)
+
+
+@pytest.fixture(scope="module")
+def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page whose two clips lift the body: `low` for a second, `high` by a metre."""
+    folder = tmp_path_factory.mktemp("page")
+    moves = np.repeat(character.body.bone_transforms[None], 11, axis=0)
+    high = moves.copy()
+    high[:, :, 1, 3] += np.linspace(0, 1, 11)[:, None]
+    write_glb(folder / "c.glb", character, {"low": (moves, 10.0), "high": (high, 10.0)})
+    write_video(folder / "v.mp4", [np.full((64, 64, 3), (20, 200, 20), np.uint8)] * 11, 10.0)
+    write_page(folder / "preview.html", folder / "c.glb", folder / "v.mp4", title="up <&> down")
+    return folder / "preview.html"
+
+
+def opened(browser: str, page: Path, out: Path, query: str) -> np.ndarray:
+    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may fail."""
+    flags = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+    flags += [
+        "--window-size=1000,600",
+        "--virtual-time-budget=10000",
+        f"--user-data-dir={out / 'profile'}",
+        "--host-resolver-rules=MAP * ~NOTFOUND",
+    ]
+    picture = out / "shot.png"
+    command = [browser, *flags, f"--screenshot={picture}", f"{page.as_uri()}#{query}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
+    if not picture.exists():
+        pytest.skip(f"the browser made no picture: {done.stderr.strip()[-200:]}")
+    with Image.open(picture) as image:
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+def share(picture: np.ndarray, channel: int) -> tuple[float, float]:
+    """How much of the character's half is coloured in `channel` beyond the others, and the mean row of it."""
+    half = picture[:, :480]
+    others = np.delete(half, channel, axis=2).max(axis=2)
+    mask = half[..., channel] > others + 40
+    rows = np.flatnonzero(mask.any(axis=1))
+    return float(mask.mean()), float(rows.mean()) if len(rows) else np.nan
+
+
+@pytest.mark.slow
+def test_a_browser_shows_the_character_from_the_asked_side_at_the_asked_moment(browser: str, page: Path, tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    front = opened(browser, page, tmp_path / "a", "azimuth=0&elevation=0&time=0&clip=1")
+    back = opened(browser, page, tmp_path / "b", "azimuth=180&elevation=0&time=1&clip=1")
+    (red, low), (blue, _) = share(front, 0), share(front, 2)
+    assert red > 0.02
+    assert blue < 0.2 * red
+    (red, _), (blue, high) = share(back, 0), share(back, 2)
+    assert blue > 0.02
+    assert red < 0.2 * blue
+    assert high < low - 30  # the clip's last moment is a metre higher
+    assert ((front[..., 1] > front[..., 0] + 80) & (front[..., 1] > front[..., 2] + 80)).mean() > 0.05  # the video, green
+
+
+def test_the_page_is_alone_and_reaches_for_nothing(page: Path) -> None:
+    text = page.read_text()
+    assert "<title>up &lt;&amp;&gt; down</title>" in text
+    assert "Content-Security-Policy\" content=\"default-src 'none'" in text
+    own = text.replace(viewer_script(), "")
+    assert not re.search(r"https?://|//cdn|(src|href)=\"(?!data:)", own)
+    assert "SPDX-License-Identifier: MIT" in text  # three.js' notice goes along
+    assert [path.name for path in page.parent.glob(".*")] == []
+
+
+def test_what_is_no_glb_or_mp4_is_refused(tmp_path: Path, page: Path) -> None:
+    glb = (page.parent / "c.glb").read_bytes()
+    with pytest.raises(InputError, match="binary glTF"):
+        write_page(tmp_path / "p.html", b"solid")
+    with pytest.raises(InputError, match="MP4"):
+        write_page(tmp_path / "p.html", glb, b"GIF89a..")
+    with pytest.raises(InputError, match=r"nothing\.glb"):
+        write_page(tmp_path / "p.html", tmp_path / "nothing.glb")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_glb_moves_as_the_page_is_told(character: Character) -> None:
+    """The lift that the browser's picture shows is the one of our own frames."""
+    up = character.body.bone_transforms.copy()
+    up[:, 1, 3] += 1
+    np.testing.assert_allclose(deform(character, up) - character.surface.vertices, np.tile((0, 1, 0), (len(character.parts), 1)), atol=1e-5)

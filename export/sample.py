@@ -64,6 +64,9 @@ class Model:
         generator = np.random.default_rng(seed)
         make = self._windows if self.metadata["format"] == "a2v-flow/1" else self._steps
         joints, rotations = make(labels, lengths, generator)
+        path = joints[:, :, :1] - joints[:, :1, :1]
+        joints = joints + np.float32(bone_scale - 1) * path  # longer legs take longer steps
+        joints = level_floor(joints, int(self.metadata["frames"]))
         offset = np.zeros((count, 1, 1, 3), np.float32)  # start above the origin, lowest joint on the ground
         offset[:, 0, 0] = joints[:, 0, 0]
         offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
@@ -112,6 +115,31 @@ class Model:
                 joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
                 rotations = np.concatenate([rotations, turns[:, take]], axis=1)
         return joints, rotations
+
+
+def level_floor(joints: np.ndarray, window: int) -> np.ndarray:
+    """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
+
+    A small slope in every window would add up: the lowest joint over half a window is taken for the floor, and what it
+    moves away is taken off.
+    """
+    frames, half = joints.shape[1], window // 2
+    if frames <= window or half < 1:
+        return joints
+    middles = np.arange(window + half // 2, frames, half)
+    if not len(middles) or middles[-1] + half // 2 < frames - 1:
+        middles = np.append(middles, max(window, frames - 1 - half // 2))
+    at = np.concatenate([[window - 1], middles])
+    lowest = joints[..., 1].min(axis=-1).astype(np.float64)
+    floor = lowest[:, :window].min(axis=1)
+    lift = np.zeros_like(lowest)
+    for _ in range(3):
+        level = np.stack([(lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1) for t in middles], axis=1)
+        away = np.concatenate([np.zeros((len(joints), 1)), level - floor[:, None]], axis=1)
+        lift += np.stack([np.interp(np.arange(frames), at, row) for row in away])
+    levelled = joints.copy()
+    levelled[..., 1] -= lift[..., None].astype(joints.dtype)
+    return levelled
 
 
 def rotvec_to_rotmat(rotvec: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import difflib
 import functools
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import sha256
+from a2v.kinematics import Skeleton, inverse_kinematics, skeleton_of
 from a2v.types import FloatArray, IntArray, Motion
 
 WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
@@ -27,6 +28,9 @@ MAX_FRAMES = 10_000
 """Longest clip that is generated in one call."""
 
 _STEP, _WINDOW = "a2v-motion/1", "a2v-flow/1"
+Noise = Callable[[tuple[int, ...]], FloatArray]
+"""Gives standard normal numbers (float32) of a shape."""
+
 _STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -83,6 +87,12 @@ class MotionModel:
         """Default bone lengths (J,) float32, native units."""
         return np.asarray(self.metadata["bone_lengths"], dtype=np.float32)
 
+    @functools.cached_property
+    def skeleton(self) -> Skeleton:
+        """The tree of its joints."""
+        skeleton = self.metadata["skeleton"]
+        return skeleton_of(skeleton["name"], skeleton["parents"], skeleton["joint_names"])
+
     @property
     def digest(self) -> str:
         """SHA-256 of the file."""
@@ -104,8 +114,10 @@ class MotionModel:
         hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
         raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
 
-    def generate(self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Generate clips of explicit actions and bodies: what `sample` and the evaluation are made of.
+    def generate(
+        self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator | Noise, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
 
         Parameters
         ----------
@@ -113,19 +125,30 @@ class MotionModel:
             Action of every frame; models of whole windows want the same changes in all clips.
         lengths : (N, J) float32
             Bone lengths, native units.
-        generator : numpy Generator
-            Draws the noise.
+        generator : numpy Generator or Noise
+            Draws the noise, or gives it: called with a shape as often as the model needs noise (once for a step model, once
+            a window for a window model), so that applications can choose it.
+        start : (N, P, J, 3) float or None
+            First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.
 
         Returns
         -------
         joints : (N, T, J, 3) float32
-            Metres, y up, the first root near the origin.
+            Metres, y up, the first root near the origin, or where `start` has it.
         rotations : (N, T, J, 3) float32
+
+        Raises
+        ------
+        InputError
+            `start` is not shorter than the clips.
         """
+        if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
+            raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
+        noise = generator if not isinstance(generator, np.random.Generator) else functools.partial(_normal, generator)
         if self.metadata["format"] == _WINDOW:
-            return self._continue_windows(labels, lengths, generator)
-        noise = generator.standard_normal((*labels.shape, self.metadata["latent_size"]), dtype=np.float32)
-        return self.run_steps(labels, noise, lengths)
+            return self._continue_windows(labels, lengths, noise, start)
+        drawn = noise((*labels.shape, self.metadata["latent_size"]))
+        return self.run_steps(labels, drawn, lengths) if start is None else self._continue_steps(labels, drawn, lengths, start)
 
     def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
         """Joints (N, T, J, 3) that are distributed as the data's windows, ended clips that hold their last pose included.
@@ -163,6 +186,27 @@ class MotionModel:
         joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
         return joints, rotations
 
+    def _continue_steps(self, labels: IntArray, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `run_steps`, but the first frames are those of `start`: the states follow them, as under teacher forcing."""
+        count, frames = labels.shape
+        given, unit = start.shape[1], np.float32(self.metadata["metres_per_unit"])
+        native = ((start - start[:, :1, :1]) / unit).astype(np.float32)
+        time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
+        states = initial_feed(self.metadata, count)
+        session, names = _session(self.path), [f"last_{name}" for name in _STATES]
+        feed = {"noise": np.asarray(noise, np.float32), "actions": np.asarray(labels, np.int64), "time": time}
+        body = {"bone_lengths": np.asarray(lengths, np.float32)}
+        for t in range(given):
+            new = session.run(names, {name: array[:, t : t + 1] for name, array in feed.items()} | states | body)
+            states = dict(zip(_STATES, new, strict=True)) | {"previous": native[:, t]}
+        joints, rotations = session.run(["joints", "rotations"], {name: array[:, given:] for name, array in feed.items()} | states | body)
+        return self._after(start, joints + start[:, :1, :1], rotations)
+
+    def _after(self, start: FloatArray, joints: FloatArray, rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Given frames followed by generated ones: joints and rotations (N, P + T, J, 3) float32."""
+        turns = inverse_kinematics(np.asarray(start, dtype=np.float32), self.skeleton)
+        return np.concatenate([start, joints], axis=1).astype(np.float32), np.concatenate([turns, rotations], axis=1).astype(np.float32)
+
     def run_window(
         self, labels: IntArray, active: FloatArray, noise: FloatArray, lengths: FloatArray, context: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray]:
@@ -197,24 +241,26 @@ class MotionModel:
         shares = self.metadata["active"][label]
         return float(shares[int(0.9 * (len(shares) - 1))])
 
-    def _continue_windows(self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    def _continue_windows(
+        self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
         """Windows that continue one another until all frames are there; a change of the action starts a new one."""
         count, frames = labels.shape
         window, given = self.metadata["window_frames"], self.metadata["context_frames"]
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
         joints: FloatArray = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
         rotations: FloatArray = joints
+        if start is not None:
+            joints, rotations = self._after(start, joints, rotations)
         for end in [*changes, frames]:
             label = labels[:, end - 1]
             share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
             usable = max(round(float(share.min()) * window), given + 4)
             while joints.shape[1] < end:
-                noise = generator.standard_normal((count, self.metadata["latent_size"]), dtype=np.float32)
                 context = None
                 if joints.shape[1]:
-                    start = np.maximum(np.arange(-given, 0) + joints.shape[1], 0)
-                    context = joints[:, start]
-                new, turns = self.run_window(label, share, noise, lengths, context)
+                    context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
+                new, turns = self.run_window(label, share, noise((count, self.metadata["latent_size"])), lengths, context)
                 if context is not None:
                     new = (new + context[:, :1, :1])[:, given:]
                     turns = turns[:, given:]
@@ -232,6 +278,31 @@ class MotionModel:
         native: FloatArray = moved / np.float32(self.metadata["metres_per_unit"]) * np.asarray(self.metadata["native_signs"], np.float32)
         return native
 
+    def scaled_bones(self, bone_scale: float | Mapping[str, float] = 1.0) -> FloatArray:
+        """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or part of the body.
+
+        Parameters
+        ----------
+        bone_scale : float, or mapping of names to floats
+            Names are joints (the bone that ends there), "arms", "legs", "torso", "head" or "all"; later ones multiply earlier ones.
+
+        Raises
+        ------
+        InputError
+            A factor is not within 0.1 to 10, or a name is unknown.
+        """
+        lengths = self.bone_lengths.copy()
+        parts = body_parts(self.skeleton)
+        names = self.skeleton.joint_names
+        for name, factor in {"all": bone_scale}.items() if isinstance(bone_scale, float | int) else bone_scale.items():
+            if not 0.1 <= factor <= 10:
+                raise InputError(f"bone_scale is {factor}; expected 0.1 to 10")
+            chosen = parts.get(name) or ((names.index(name),) if name in names[1:] else ())
+            if not chosen:
+                raise InputError(f"no bone '{name}' to scale; choose from {', '.join(sorted(parts))}, or a joint: {', '.join(names[1:])}")
+            lengths[list(chosen)] *= np.float32(factor)
+        return lengths
+
     def sample(
         self,
         action: str | Sequence[str],
@@ -239,7 +310,8 @@ class MotionModel:
         frames: int = 60,
         count: int = 1,
         seed: int = 0,
-        bone_scale: float = 1.0,
+        bone_scale: float | Mapping[str, float] = 1.0,
+        lengths: FloatArray | None = None,
     ) -> Motion:
         """Generate `count` clips.
 
@@ -253,29 +325,85 @@ class MotionModel:
             Clips; with 1 the result has no leading dimension.
         seed : int
             Seed of the noise.
-        bone_scale : float
-            Factor on all bone lengths.
+        bone_scale : float or mapping
+            Factor on bone lengths; see `scaled_bones`.
+        lengths : (J,) float or None
+            Bone lengths of one's own, native units, instead of the scaled defaults.
 
         Returns
         -------
         Motion
             Metres, y up, above the origin at the first frame, lowest joint of each clip on the ground.
+
+        Raises
+        ------
+        InputError
+            Unknown action, or a number out of range.
+        """
+        names = self.check_request(action, frames, count)
+        body = self.scaled_bones(bone_scale) if lengths is None else np.asarray(lengths, dtype=np.float32)
+        joints, rotations = self.generate(
+            np.tile(self.frame_labels(names, frames), (count, 1)), np.tile(body, (count, 1)), np.random.default_rng(seed)
+        )
+        scales = dict(bone_scale) if isinstance(bone_scale, Mapping) else bone_scale
+        motion = self.to_motion(joints, rotations, body, names, seed, bone_scale=scales)
+        return motion if count > 1 else motion[0]
+
+    def check_request(self, action: str | Sequence[str], frames: int, count: int) -> list[str]:
+        """The actions' names as a list, with every name and number checked.
+
+        Raises
+        ------
+        InputError
+            Unknown or no action, `frames` or `count` out of range.
         """
         if not 1 <= frames <= MAX_FRAMES:
             raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
         if count < 1:
             raise InputError(f"count is {count}; expected at least 1")
-        if not 0.1 <= bone_scale <= 10:
-            raise InputError(f"bone_scale is {bone_scale}; expected 0.1 to 10")
         names = [action] if isinstance(action, str) else list(action)
         if not names:
             raise InputError("no action given")
-        labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
-        lengths = self.bone_lengths * np.float32(bone_scale)
-        joints, rotations = self.generate(np.tile(labels, (count, 1)), np.tile(lengths, (count, 1)), np.random.default_rng(seed))
-        joints = joints - ground_offset(joints)
-        if count == 1:
-            joints, rotations = joints[0], rotations[0]
+        return [self.actions[self.label(name)] for name in names]
+
+    def frame_labels(self, names: Sequence[str], frames: int) -> IntArray:
+        """Label of every frame (T,) when `names` follow each other in equal parts."""
+        labels: IntArray = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
+        return labels
+
+    def to_motion(
+        self,
+        joints: FloatArray,
+        rotations: FloatArray,
+        lengths: FloatArray,
+        names: Sequence[str],
+        seed: int,
+        *,
+        place: bool = True,
+        **provenance: Any,
+    ) -> Motion:
+        """What `generate` made, as a batch of clips that stand on the ground.
+
+        Parameters
+        ----------
+        joints, rotations : (N, T, J, 3) float32
+        lengths : (J,) or (N, J) float32
+            Bone lengths that they were made with, native units: longer legs take longer steps, so the root's path is scaled
+            by how much longer the legs are than the model's own.
+        names : sequence of str
+        seed : int
+        place : bool
+            Level the floor, scale the path, and start above the origin with the lowest joint on the ground; otherwise the
+            joints are kept where they are.
+        **provenance
+            What else made the clips; must be JSON.
+        """
+        if place:
+            step = leg_length(lengths, self.skeleton) / leg_length(self.bone_lengths, self.skeleton)
+            root = joints[:, :, :1]
+            joints = joints + (np.asarray(step, np.float32).reshape(-1, 1, 1, 1) - 1) * (root - root[:, :1])
+            joints = level_floor(joints, int(self.metadata["frames"]))
+            joints = joints - ground_offset(joints)
         skeleton = self.metadata["skeleton"]
         return Motion(
             joints=joints,
@@ -285,10 +413,16 @@ class MotionModel:
             parents=np.asarray(skeleton["parents"]),
             joint_names=tuple(skeleton["joint_names"]),
             skeleton=skeleton["name"],
-            action=",".join(self.actions[self.label(name)] for name in names),
+            action=",".join(names),
             seed=seed,
-            provenance={"model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": frames, "bone_scale": bone_scale},
-        )
+            provenance={
+                "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,
+            },
+        )  # fmt: skip
+
+
+def _normal(generator: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
+    return generator.standard_normal(shape, dtype=np.float32)
 
 
 def _plain(name: str) -> str:
@@ -322,3 +456,53 @@ def ground_offset(joints: FloatArray) -> FloatArray:
     offset[:, 0, 0] = joints[:, 0, 0]
     offset[:, 0, 0, 1] = joints[..., 1].min(axis=(1, 2))
     return offset
+
+
+def level_floor(joints: FloatArray, window: int) -> FloatArray:
+    """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
+
+    Models learn the root's path from short clips, so that a small slope in every window adds up: 600 frames of Run rose by
+    1.3 m. The lowest joint over half a window is taken for the floor's height; what it moves away is taken off, linearly
+    between half windows. Clips of at most `window` frames are returned as they are.
+    """
+    frames, half = joints.shape[1], window // 2
+    if frames <= window or half < 1:
+        return joints
+    middles = np.arange(window + half // 2, frames, half)
+    if not len(middles) or middles[-1] + half // 2 < frames - 1:
+        middles = np.append(middles, max(window, frames - 1 - half // 2))
+    at = np.concatenate([[window - 1], middles])
+    lowest = joints[..., 1].min(axis=-1).astype(np.float64)
+    floor = lowest[:, :window].min(axis=1)
+    lift = np.zeros_like(lowest)
+    for _ in range(3):  # the lowest joint is seen where a slope begins, so that a third of it stays after one pass
+        level = np.stack([(lowest - lift)[:, max(t - half // 2, 0) : t + half // 2 + 1].min(axis=1) for t in middles], axis=1)
+        away = np.concatenate([np.zeros((len(joints), 1)), level - floor[:, None]], axis=1)
+        lift += np.stack([np.interp(np.arange(frames), at, row) for row in away])
+    levelled = joints.copy()
+    levelled[..., 1] -= lift[..., None].astype(joints.dtype)
+    return levelled
+
+
+def body_parts(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
+    """Joints whose bones make up "arms", "legs", "head", "torso" (the others) and "all"; without those that have none."""
+    from a2v.animation.names import canonical_joints
+
+    found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
+    ends = {"arms": ("elbow", "wrist", "hand", "thumb"), "legs": ("knee", "ankle", "foot", "toes")}
+    parts = {
+        part: tuple(found[f"{side}_{end}"] for side in ("left", "right") for end in names if f"{side}_{end}" in found)
+        for part, names in ends.items()
+    }
+    parts["head"] = tuple(found[name] for name in ("head", "head_top") if name in found)
+    limbs = {joint for part in parts.values() for joint in part}
+    parts["torso"] = tuple(joint for joint in range(1, skeleton.n_joints) if joint not in limbs)
+    parts["all"] = tuple(range(1, skeleton.n_joints))
+    return {name: joints for name, joints in parts.items() if joints}
+
+
+def leg_length(lengths: FloatArray, skeleton: Skeleton) -> FloatArray:
+    """Sum of the legs' bone lengths (..., J), or of all bones where no legs are known: (...)."""
+    parts = body_parts(skeleton)
+    total: FloatArray = np.asarray(lengths)[..., list(parts.get("legs", parts["all"]))].sum(axis=-1)
+    return total

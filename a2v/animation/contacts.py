@@ -35,6 +35,8 @@ class ContactSettings:
         Seconds over which a foot turns flat and a pelvis is lowered.
     shortest : float
         Seconds; shorter contacts are dropped, shorter gaps are filled.
+    flight : float
+        Seconds: whoever touches nothing for longer does not jump but drifts, and is brought back to the ground; 0 never does.
     follow_ground : float
         Seconds over which a slowly drifting ground level is followed (HumanAct12's floors are not level); 0 for a rigid one.
     """
@@ -46,13 +48,14 @@ class ContactSettings:
     clearance: float = 0.03
     blend: float = 0.12
     shortest: float = 0.09
+    flight: float = 0.8
     follow_ground: float = 0.5
 
 
 def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings = ContactSettings()) -> FloatArray:
     """Put a retargeted clip on the ground and keep its standing feet where they are.
 
-    1. The ground level is found under the standing feet and followed where it drifts.
+    1. The ground level is found under the body's lowest points and followed where it drifts; then finely under the standing feet.
     2. Heel and toes are in contact while they are low and slow (with hysteresis).
     3. A foot in contact turns flat where heel and toes both touch; its touching end is held at one place, the heel handing
        over to the toes as the foot rolls. Between contacts the correction runs smoothly from one to the next.
@@ -73,9 +76,7 @@ def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: Conta
         The ground is y = 0.
     """
     transforms = transforms.copy()
-    soles = {side: sole_points(transforms, rig, side)[..., 1].min(-1) for side in SIDES}
-    level = float(np.quantile(np.minimum(soles["left"], soles["right"]), 0.1))
-    transforms[..., 1, 3] -= level
+    transforms[..., 1, 3] -= _ground(transforms, rig, fps, settings)[:, None]
     transforms[..., 1, 3] -= _drift(transforms, rig, fps, settings)[:, None]
     transforms[..., 1, 3] += _lift(transforms, rig, fps, settings)[:, None]
     plans = {side: _plan_foot(transforms, rig, side, fps, settings) for side in SIDES}
@@ -135,6 +136,24 @@ def find_contacts(
         if end - start < min(least, len(on)):
             on[start:end] = False
     return on
+
+
+def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:
+    """Level (T,) of the ground under a clip whose root may rise or sink slowly, as generated ones do.
+
+    Nobody flies for longer than `ContactSettings.flight`: the lower envelope (a morphological opening) of the body's lowest point, smoothed.
+    """
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
+
+    soles = np.minimum(*(sole_points(transforms, rig, side)[..., 1].min(-1) for side in SIDES))
+    if settings.flight <= 0:
+        return np.full(len(transforms), np.quantile(soles, 0.1))
+    lowest = np.minimum(soles, place(rig.skin, transforms)[..., 1].min(-1))
+    reach = max(1, round(settings.flight * fps))
+    envelope = maximum_filter1d(minimum_filter1d(lowest, reach, mode="nearest"), reach, mode="nearest")
+    smooth: FloatArray = gaussian_filter1d(envelope, reach / 2, mode="nearest")
+    level: FloatArray = smooth + float(np.quantile(soles - smooth, 0.1))
+    return level
 
 
 def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:

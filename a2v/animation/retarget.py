@@ -8,6 +8,7 @@ import numpy as np
 
 from a2v.animation.contacts import ContactSettings, clean_contacts
 from a2v.animation.names import canonical_joints, missing_joints
+from a2v.animation.posture import Posture, foot_pitch, standing_posture, straightened, upright_back
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
 from a2v.errors import InputError
 from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat, swing_between
@@ -45,12 +46,6 @@ class RetargetSettings:
     twist_smoothing: float = 0.06
     contacts: ContactSettings = field(default_factory=ContactSettings)
 
-
-# What the data sets' skeletons look like when the person stands upright: degrees (positive forward) of the line from the
-# middle of the hips to a spine joint and from there to the middle of the shoulders, and of neck to head. Medians over
-# upright frames of every twelfth clip; a BVH file's own rest pose says it itself.
-_NEUTRAL_BACK: dict[tuple[str, str], tuple[float, float]] = {("humanact12", "spine1"): (1.5, 13.5), ("humanact12", "spine2"): (8.6, 10.3)}
-_NEUTRAL_NECK: dict[str, float] = {"humanact12": 33.5, "cmu": 12.1}
 
 _LIMITS = {"spine": 110.0, "neck": 60.0, "collar": 30.0, "wrist": 70.0}
 _ARM_REFERENCE = np.array([0.75, -0.35, 0.56])  # left arm in the middle of its range: the antipode is out of reach
@@ -97,7 +92,9 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
         source = {name: points @ turn.T for name, points in source.items()}
     if settings.align:
         source = _aligned(source)
-    turns = _turns(source, rig, motion, settings)
+    posture = standing_posture(motion)
+    source = straightened(source, posture, rig)
+    turns = _turns(source, rig, posture, motion.fps, settings)
     hips = 0.5 * (source["left_hip"] + source["right_hip"])
     transforms = _assemble(turns, hips, rig)
     if settings.raw:
@@ -154,6 +151,13 @@ def upright_turn(source: dict[str, FloatArray], fps: float) -> FloatArray:
     return rotvec_to_rotmat(swing * min(1.0, np.deg2rad(20) / max(angle, 1e-9)))
 
 
+def heading_turn(source: dict[str, FloatArray]) -> FloatArray:
+    """Rotation (3, 3) about y that makes the first frame face +z, by hips and shoulders."""
+    across = source["left_hip"][0] - source["right_hip"][0] + 0.5 * (source["left_shoulder"][0] - source["right_shoulder"][0])
+    yaw = 0.0 if np.hypot(across[0], across[2]) < 1e-9 else float(np.arctan2(across[2], across[0]))
+    return rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))
+
+
 def source_leg_length(source: dict[str, FloatArray]) -> float:
     """Median length of thigh plus shin in a clip, its units."""
     total = 0.0
@@ -168,11 +172,11 @@ def source_leg_length(source: dict[str, FloatArray]) -> float:
 # ------------------------------------------------------------------------------------------------------------- turns
 
 
-def _turns(source: dict[str, FloatArray], rig: Rig, motion: Motion, settings: RetargetSettings) -> FloatArray:
+def _turns(source: dict[str, FloatArray], rig: Rig, posture: Posture, fps: float, settings: RetargetSettings) -> FloatArray:
     """World rotations (T, B, 3, 3) of the bones from their rest orientation."""
     frames = len(source["pelvis"])
     turns: dict[int, FloatArray] = {}
-    pelvis, chest = _torso(source, rig, motion)
+    pelvis, chest = _torso(source, rig, posture)
     if settings.limits:
         chest = pelvis @ _limited(np.swapaxes(pelvis, 1, 2) @ chest, _LIMITS["spine"])
     for bone in range(rig.bones["pelvis"] + 1):
@@ -183,27 +187,27 @@ def _turns(source: dict[str, FloatArray], rig: Rig, motion: Motion, settings: Re
         turns[bone] = pelvis @ rotvec_to_rotmat(bend * ((place + 1) / len(spine)))
     if not spine:
         chest = pelvis
-    hips, shoulders = _middle(source, "hip"), _middle(source, "shoulder")
+    back = upright_back(_middle(source, "shoulder") - _middle(source, "hip"), pelvis, posture, rig)
     for _ in range(3 if spine else 0):  # swing the spine so that the shoulders lie where they should from the hips
         heads = _heads(turns, rig, frames)
         now = 0.5 * (heads[rig.bones["left_shoulder"]] + heads[rig.bones["right_shoulder"]])
         now = now - 0.5 * (heads[rig.bones["left_hip"]] + heads[rig.bones["right_hip"]])
-        swing = rotvec_to_rotmat(swing_between(now, shoulders - hips))
+        swing = rotvec_to_rotmat(swing_between(now, back))
         for bone in spine:
             turns[bone] = swing @ turns[bone]
         chest = swing @ chest
     _collars(turns, source, rig, chest, settings)
-    _head(turns, source, rig, chest, motion, settings)
+    _head(turns, source, rig, chest, posture, settings)
     for side in SIDES:
-        _arm(turns, source, rig, chest, side, motion.fps, settings)
-        _leg(turns, source, rig, pelvis, side, motion.fps, settings)
+        _arm(turns, source, rig, chest, side, fps, settings)
+        _leg(turns, source, rig, pelvis, posture, side, fps, settings)
     stacked = np.zeros((frames, len(rig.parents), 3, 3))
     for bone, parent in enumerate(rig.parents):
         stacked[:, bone] = turns[bone] if bone in turns else stacked[:, parent]
     return stacked
 
 
-def _torso(source: dict[str, FloatArray], rig: Rig, motion: Motion) -> tuple[FloatArray, FloatArray]:
+def _torso(source: dict[str, FloatArray], rig: Rig, posture: Posture) -> tuple[FloatArray, FloatArray]:
     """World rotations (T, 3, 3) of pelvis and chest from rest."""
     hips, shoulders = _middle(source, "hip"), _middle(source, "shoulder")
     across_hips = source["left_hip"] - source["right_hip"]
@@ -225,46 +229,21 @@ def _torso(source: dict[str, FloatArray], rig: Rig, motion: Motion) -> tuple[Flo
         chest = _frame(torso, across_shoulders) @ _frame(rest_torso, rest_across[1]).T
         return pelvis, chest
     lower, upper = source[best] - hips, shoulders - source[best]
-    rest_lower, rest_upper = _neutral_back(motion, best, rig, share)
+    rest_lower, rest_upper = _neutral_back(posture, best, rig, share)
     pelvis = _frame(across_hips, lower) @ _frame(rest_across[0], rest_lower).T
     chest = _frame(upper, across_shoulders) @ _frame(rest_upper, rest_across[1]).T
     return pelvis, chest
 
 
-def _neutral_back(motion: Motion, joint: str, rig: Rig, share: float) -> tuple[FloatArray, FloatArray]:
+def _neutral_back(posture: Posture, joint: str, rig: Rig, share: float) -> tuple[FloatArray, FloatArray]:
     """Directions of the lower and the upper back when the person stands upright and faces +z."""
-    rest = _rest_pose(motion)
-    if rest is not None:
-        hips = 0.5 * (rest["left_hip"] + rest["right_hip"])
-        shoulders = 0.5 * (rest["left_shoulder"] + rest["right_shoulder"])
-        return rest[joint] - hips, shoulders - rest[joint]
-    if (motion.skeleton, joint) in _NEUTRAL_BACK:
-        low, high = np.deg2rad(_NEUTRAL_BACK[motion.skeleton, joint])
-        return np.array([0, np.cos(low), np.sin(low)]), np.array([0, np.cos(high), np.sin(high)])
+    if joint in posture.back:
+        return posture.back[joint]
     hips, shoulders = rig.middle("hip"), rig.middle("shoulder")
     back = np.stack([hips, *(rig.heads[bone] for bone in rig.chains["spine"][1:]), shoulders])
     along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(back, axis=0), axis=1))])
     point = np.array([np.interp(share * along[-1], along, back[:, axis]) for axis in range(3)])
     return point - hips, shoulders - point
-
-
-def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
-    """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a standing person."""
-    offsets = np.asarray(motion.provenance.get("rest_offsets", ()), dtype=np.float64)
-    if offsets.shape != (len(motion.parents), 3):
-        return None
-    points = np.zeros_like(offsets)
-    for j in range(1, len(points)):
-        points[j] = points[motion.parents[j]] + offsets[j]
-    found = canonical_joints(motion.joint_names, motion.parents.tolist())
-    rest = {name: points[index] for name, index in found.items()}
-    hips, shoulders = 0.5 * (rest["left_hip"] + rest["right_hip"]), 0.5 * (rest["left_shoulder"] + rest["right_shoulder"])
-    torso, across = shoulders - hips, rest["left_hip"] - rest["right_hip"]
-    if torso[1] < 0.94 * np.linalg.norm(torso) or np.linalg.norm(across) < 1e-6 or abs(across[1]) > 0.2 * np.linalg.norm(across):
-        return None
-    yaw = np.arctan2(across[2], across[0])
-    turn = rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))
-    return {name: turn @ point for name, point in rest.items()}
 
 
 def _collars(turns: dict[int, FloatArray], source: dict[str, FloatArray], rig: Rig, chest: FloatArray, settings: RetargetSettings) -> None:
@@ -287,7 +266,7 @@ def _collars(turns: dict[int, FloatArray], source: dict[str, FloatArray], rig: R
 
 
 def _head(
-    turns: dict[int, FloatArray], source: dict[str, FloatArray], rig: Rig, chest: FloatArray, motion: Motion, settings: RetargetSettings
+    turns: dict[int, FloatArray], source: dict[str, FloatArray], rig: Rig, chest: FloatArray, posture: Posture, settings: RetargetSettings
 ) -> None:
     if "head" not in source or "head" not in rig.bones or not rig.chains["neck"]:
         return
@@ -300,20 +279,9 @@ def _head(
     for bone in rig.chains["neck"]:
         turns[bone] = chest @ swing
     # the skull keeps the neutral angle between neck and face
-    neutral = _neutral_neck(motion)
-    tilt = rotvec_to_rotmat(swing_between(rest if neutral is None else neutral, rest))
+    tilt = rotvec_to_rotmat(swing_between(rest if posture.neck is None else posture.neck, rest))
     turned = rotvec_to_rotmat(swing_between(np.broadcast_to(rest, local.shape), local @ tilt.T))
     turns[rig.bones["head"]] = chest @ (_limited(turned, _LIMITS["neck"]) if settings.limits else turned)
-
-
-def _neutral_neck(motion: Motion) -> FloatArray | None:
-    rest = _rest_pose(motion)
-    if rest is not None and "head" in rest and "neck" in rest:
-        return rest["head"] - rest["neck"]
-    if motion.skeleton in _NEUTRAL_NECK:
-        tilt = np.deg2rad(_NEUTRAL_NECK[motion.skeleton])
-        return np.array([0, np.cos(tilt), np.sin(tilt)])
-    return None
 
 
 def _arm(
@@ -358,6 +326,7 @@ def _leg(
     source: dict[str, FloatArray],
     rig: Rig,
     pelvis: FloatArray,
+    posture: Posture,
     side: str,
     fps: float,
     settings: RetargetSettings,
@@ -389,27 +358,11 @@ def _leg(
     if foot is not None and f"{side}_foot" in rig.joints:
         rest_foot = rig.joints[f"{side}_foot"] - rig.joints[f"{side}_ankle"]
         axis = _unit(axis - (axis * foot).sum(-1, keepdims=True) * foot)
-        pitch = _flat_pitch(source, side, axis, foot, rest_foot)
+        pitch = foot_pitch(source, side, posture, rest_foot, fps)
         turned = rotvec_to_rotmat(axis * pitch) @ _frame(foot, axis) @ _frame(rest_foot, rest_axis).T
         if settings.limits:
             turned = lower @ _limited(np.swapaxes(lower, 1, 2) @ turned, 75.0)
     turns[rig.bones[f"{side}_ankle"]] = turned
-
-
-def _flat_pitch(source: dict[str, FloatArray], side: str, axis: FloatArray, foot: FloatArray, rest_foot: FloatArray) -> float:
-    """Angle about the foot's side axis by which source feet must turn so that a foot flat on the ground is flat in the rig.
-
-    Skeletons differ in where ankle and ball of the foot are; the lowest fifth of the clip shows what flat looks like.
-    """
-    height = np.minimum(source[f"{side}_foot"][:, 1], source[f"{side}_ankle"][:, 1])
-    low = height <= np.quantile(height, 0.2) + 1e-9
-    dip = np.arcsin(np.clip(foot[low, 1], -1, 1))
-    rest_dip = float(np.arcsin(_unit(rest_foot)[1]))
-    flat = float(np.median(dip))
-    if abs(flat - rest_dip) > np.deg2rad(40):  # on tiptoe or upside down all the time: nothing to learn here
-        return 0.0
-    # a positive turn about the left-pointing axis lowers the toes
-    return flat - rest_dip
 
 
 # ------------------------------------------------------------------------------------------------------------- parts
@@ -502,12 +455,7 @@ def _heads(turns: dict[int, FloatArray], rig: Rig, frames: int) -> list[FloatArr
 
 def _aligned(source: dict[str, FloatArray]) -> dict[str, FloatArray]:
     """Turn about y and move so that frame 0 faces +z above the origin."""
-    across = source["left_hip"][0] - source["right_hip"][0] + 0.5 * (source["left_shoulder"][0] - source["right_shoulder"][0])
-    if np.hypot(across[0], across[2]) < 1e-9:
-        yaw = 0.0
-    else:
-        yaw = float(np.arctan2(across[2], across[0]))
-    turn = rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))
+    turn = heading_turn(source)
     start = 0.5 * (source["left_hip"][0] + source["right_hip"][0]) * np.array([1.0, 0, 1])
     return {name: (points - start) @ turn.T for name, points in source.items()}
 

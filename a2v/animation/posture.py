@@ -1,0 +1,182 @@
+"""What a skeleton looks like when its person simply stands: without it, flat feet, straight knees and upright backs are lost in retargeting.
+
+Where a data set puts the joint of a toe, a knee or a hip differs from the rig by centimetres, that is by ten degrees and more of a bone's
+direction. What stands upright in the motion must stand upright in the body, so bones turn from *standing* to standing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.animation.names import canonical_joints
+from a2v.animation.rig import SIDES, Rig
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.types import FloatArray, Motion
+
+_LEAN: dict[str, float] = {"humanact12": 0.8, "cmu": -1.9}
+_BACK: dict[tuple[str, str], tuple[float, float]] = {("humanact12", "spine1"): (1.5, 13.5), ("humanact12", "spine2"): (8.6, 10.3)}
+_NECK: dict[str, float] = {"humanact12": 33.5, "cmu": 12.1}
+_DIP: dict[str, float] = {"humanact12": -39.0, "cmu": -12.0}
+_KNEE: dict[str, float] = {"humanact12": 20.0, "cmu": 24.0}
+
+_SOFT_KNEE = 12.0
+"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest pose."""
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Directions of a skeleton's bones while its person stands upright and faces +z; angles in degrees.
+
+    Attributes
+    ----------
+    lean : float or None
+        From the middle of the hips to the middle of the shoulders, positive forward; None: as the rig's.
+    back : dict of str to pair of (3,) float64
+        Directions from the middle of the hips to a spine joint, and from there to the middle of the shoulders.
+    neck : (3,) float64 or None
+        From the neck to the head; None: as the rig's.
+    dip : float or None
+        From the ankle to the ball of the foot over the horizon (negative: down); None: unknown.
+    knee : float
+        Bend of a straight leg, at most: clips that straighten the leg further say so themselves.
+    """
+
+    lean: float | None
+    back: dict[str, tuple[FloatArray, FloatArray]]
+    neck: FloatArray | None
+    dip: float | None
+    knee: float
+
+
+def standing_posture(motion: Motion) -> Posture:
+    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's table.
+
+    The tables are medians over frames in which people of the data set stand still and upright, HumanAct12 after
+    `upright_turn` (CMU: 116 clips, HumanAct12: 138); the foot's dip is the mean of those and of feet at rest in walks.
+    """
+    rest = _rest_pose(motion)
+    if rest is None:
+        name = motion.skeleton
+        back = {joint: (_forward(low), _forward(high)) for (key, joint), (low, high) in _BACK.items() if key == name}
+        neck = _forward(_NECK[name]) if name in _NECK else None
+        return Posture(_LEAN.get(name), back, neck, _DIP.get(name), _KNEE.get(name, _SOFT_KNEE))
+    hips, shoulders = (0.5 * (rest[f"left_{joint}"] + rest[f"right_{joint}"]) for joint in ("hip", "shoulder"))
+    dips, knees = [], []
+    for side in SIDES:
+        if f"{side}_foot" in rest:
+            dips.append(_dip(rest[f"{side}_foot"] - rest[f"{side}_ankle"]))
+        knees.append(float(np.degrees(knee_bend(rest, side))))
+    return Posture(
+        lean=lean_of(shoulders - hips),
+        back={name: (point - hips, shoulders - point) for name, point in rest.items() if name.startswith("spine")},
+        neck=rest["head"] - rest["neck"] if "head" in rest and "neck" in rest else None,
+        dip=float(np.mean(dips)) if dips else None,
+        knee=float(np.mean(knees)) + _SOFT_KNEE,
+    )
+
+
+def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> dict[str, FloatArray]:
+    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens them.
+
+    What counts as a straight leg is the twentieth part of the clip with the least bend, at most `Posture.knee`; that bend is taken
+    off all frames, down to six tenths of the rig's own bend at rest. Shins turn in the knee's plane; feet move along.
+    """
+    bends = {side: knee_bend(source, side) for side in SIDES}
+    straight = min(np.deg2rad(posture.knee), float(np.quantile(np.concatenate(list(bends.values())), 0.05)))
+    at_rest = float(np.mean([knee_bend(rig.joints, side) for side in SIDES]))
+    excess = straight - 0.6 * at_rest
+    if excess <= 0:
+        return source
+    out = dict(source)
+    soft = np.deg2rad(3.0)
+    for side, bend in bends.items():
+        thigh, shin = source[f"{side}_knee"] - source[f"{side}_hip"], source[f"{side}_ankle"] - source[f"{side}_knee"]
+        axis = np.cross(thigh, shin)
+        axis = axis / np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-12)
+        less = np.minimum(bend - soft * np.logaddexp(0, (bend - excess) / soft), bend)  # never past straight
+        turned = np.einsum("tab,tb->ta", rotvec_to_rotmat(-less[:, None] * axis), shin)
+        for name in (f"{side}_ankle", f"{side}_foot", f"{side}_toes"):
+            if name in out:
+                out[name] = source[name] + turned - shin
+    return out
+
+
+def upright_back(back: FloatArray, pelvis: FloatArray, posture: Posture, rig: Rig) -> FloatArray:
+    """Vectors (T, 3) from hips to shoulders, turned as the rig's upright back is from the skeleton's; `pelvis` (T, 3, 3) from rest."""
+    if posture.lean is None:
+        return back
+    turn = rotvec_to_rotmat(np.array([np.deg2rad(lean_of(rig.middle("shoulder") - rig.middle("hip")) - posture.lean), 0.0, 0.0]))
+    turned: FloatArray = np.einsum("tab,bc,tdc,td->ta", pelvis, turn, pelvis, back)
+    return turned
+
+
+def foot_pitch(source: dict[str, FloatArray], side: str, posture: Posture, rest_foot: FloatArray, fps: float) -> float:
+    """Angle in radians about the foot's left-pointing axis by which feet must turn so that a flat one is flat in the rig.
+
+    A foot that is low and at rest at both ends is taken for flat; the skeleton's own dip counts as much as a third of a second
+    of such frames, and dips that are further than 35 degrees from it are tiptoes or heels.
+
+    Parameters
+    ----------
+    source : dict of canonical joint to (T, 3)
+        Metres at the body's size.
+    side : "left" or "right"
+    posture : Posture
+    rest_foot : (3,) float
+        From the ankle to the ball of the foot in the rig at rest.
+    fps : float
+    """
+    ankle, ball = source[f"{side}_ankle"], source[f"{side}_foot"]
+    dips = np.degrees(np.arcsin(np.clip((ball - ankle)[:, 1] / np.maximum(np.linalg.norm(ball - ankle, axis=-1), 1e-12), -1, 1)))
+    rest = _dip(rest_foot)
+    speed = np.zeros(len(ankle))
+    if len(ankle) > 1:
+        speed = np.maximum(*(np.linalg.norm(np.gradient(points, axis=0), axis=-1) * fps for points in (ankle, ball)))
+    low = sum(np.exp(-((np.maximum(p[:, 1] - np.quantile(p[:, 1], 0.1), 0) / 0.04) ** 2)) for p in (ankle, ball)) - 1
+    weight = np.exp(-((speed / 0.2) ** 2)) * np.clip(low, 0, 1)
+    prior, strength = (posture.dip, fps / 3) if posture.dip is not None else (rest, 0.2)
+    weight = weight * (np.abs(dips - prior) < (35 if posture.dip is not None else 60))
+    flat = (strength * prior + float((weight * dips).sum())) / (strength + float(weight.sum()))
+    return float(np.deg2rad(flat - rest))  # a positive turn about the left-pointing axis lowers the toes
+
+
+def knee_bend(joints: dict[str, FloatArray], side: str) -> FloatArray:
+    """Angle (...) in radians between thigh and shin; 0 for a straight leg."""
+    thigh, shin = joints[f"{side}_knee"] - joints[f"{side}_hip"], joints[f"{side}_ankle"] - joints[f"{side}_knee"]
+    angle: FloatArray = np.arctan2(np.linalg.norm(np.cross(thigh, shin), axis=-1), (thigh * shin).sum(-1))
+    return angle
+
+
+def lean_of(vector: FloatArray) -> float:
+    """Degrees by which a vector (3,) leans forward (+z) from +y."""
+    return float(np.degrees(np.arctan2(vector[2], vector[1])))
+
+
+def _dip(vector: FloatArray) -> float:
+    return float(np.degrees(np.arcsin(vector[1] / max(float(np.linalg.norm(vector)), 1e-12))))
+
+
+def _forward(degrees: float) -> FloatArray:
+    angle = np.deg2rad(degrees)
+    return np.array([0.0, np.cos(angle), np.sin(angle)])
+
+
+def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
+    """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a standing person."""
+    offsets = np.asarray(motion.provenance.get("rest_offsets", ()), dtype=np.float64)
+    if offsets.shape != (len(motion.parents), 3):
+        return None
+    points = np.zeros_like(offsets)
+    for j in range(1, len(points)):
+        points[j] = points[motion.parents[j]] + offsets[j]
+    found = canonical_joints(motion.joint_names, motion.parents.tolist())
+    rest = {name: points[index] for name, index in found.items()}
+    hips, shoulders = 0.5 * (rest["left_hip"] + rest["right_hip"]), 0.5 * (rest["left_shoulder"] + rest["right_shoulder"])
+    torso, across = shoulders - hips, rest["left_hip"] - rest["right_hip"]
+    if torso[1] < 0.94 * np.linalg.norm(torso) or np.linalg.norm(across) < 1e-6 or abs(across[1]) > 0.2 * np.linalg.norm(across):
+        return None
+    yaw = np.arctan2(across[2], across[0])
+    turn = rotvec_to_rotmat(np.array([0.0, yaw, 0.0]))
+    return {name: turn @ point for name, point in rest.items()}

@@ -194,7 +194,7 @@ class MotionModel:
         time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
         states = initial_feed(self.metadata, count)
         session, names = _session(self.path), [f"last_{name}" for name in _STATES]
-        feed = {"noise": np.asarray(noise, np.float32), "actions": np.asarray(labels, np.int64), "time": time}
+        feed: dict[str, np.ndarray] = {"noise": np.asarray(noise, np.float32), "actions": np.asarray(labels, np.int64), "time": time}
         body = {"bone_lengths": np.asarray(lengths, np.float32)}
         for t in range(given):
             new = session.run(names, {name: array[:, t : t + 1] for name, array in feed.items()} | states | body)
@@ -277,6 +277,34 @@ class MotionModel:
         moved = joints - joints[..., :1, :1, :]
         native: FloatArray = moved / np.float32(self.metadata["metres_per_unit"]) * np.asarray(self.metadata["native_signs"], np.float32)
         return native
+
+    def sample_native(
+        self, action: str, *, frames: int = 60, count: int = 1, seed: int = 0, lengths: FloatArray | None = None
+    ) -> FloatArray:
+        """Clips of one action as the papers' classifiers expect them: (N, T, J, 3) float32, native frame and unit, first root at
+        the origin.
+
+        Up to one window they move as long as the data's own clips do and then hold their last pose, as in the evaluation,
+        because the classifiers know clips that way; longer ones are those of `sample`.
+
+        Parameters
+        ----------
+        action : str
+        frames, count, seed : int
+        lengths : (J,) float or None
+            Bone lengths, native units; the model's own without.
+
+        Raises
+        ------
+        InputError
+            Unknown action, or a number out of range.
+        """
+        names = self.check_request(action, frames, count)
+        bodies = np.tile(self.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32), (count, 1))
+        labels, generator = np.tile(self.frame_labels(names, frames), (count, 1)), np.random.default_rng(seed)
+        if frames <= int(self.metadata["frames"]):
+            return self.to_native(self.generate_like_data(labels[:, 0], bodies, frames, generator))
+        return self.to_native(level_floor(self.generate(labels, bodies, generator)[0], int(self.metadata["frames"])))
 
     def scaled_bones(self, bone_scale: float | Mapping[str, float] = 1.0) -> FloatArray:
         """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or part of the body.

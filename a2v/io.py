@@ -5,10 +5,11 @@ Every file that a2v writes appears under its final name only when it is complete
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,15 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compre
             raise TypeError(f"array '{name}' holds Python objects; only plain numbers and text are stored")
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         (np.savez_compressed if compress else np.savez)(stream, **checked)
+
+
+def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write `rows` as one CSV table with the columns of all of them, in the order in which they first appear."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with atomic_path(path) as temporary, open(temporary, "w", newline="") as stream:
+        writer = csv.DictWriter(stream, names)
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.types import FloatArray, IntArray
 
@@ -55,16 +57,32 @@ class Evaluator:
         File it came from.
     digest : str
         SHA-256 of that file.
+    info : mapping
+        What our own training says about it (see `a2v.evaluation.training`); empty for the authors'.
     """
 
     network: ActionClassifier
     source: str
     digest: str
+    info: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @property
     def n_actions(self) -> int:
         """Number of actions A."""
         return self.network.linear2.out_features
+
+    def demand_actions(self, dataset: ActionDataset) -> None:
+        """Check that it was trained for the actions of `dataset`.
+
+        Raises
+        ------
+        InputError
+            It knows others.
+        """
+        if self.n_actions != len(dataset.actions):
+            raise InputError(f"{self.source} knows {self.n_actions} actions; {dataset.name} has {len(dataset.actions)}")
+        if self.info and list(self.info["actions"]) != list(dataset.actions):
+            raise InputError(f"{self.source} knows other actions ({', '.join(self.info['actions'][:5])}...) than {dataset.name}")
 
     @torch.no_grad()
     def __call__(
@@ -124,4 +142,4 @@ def load_evaluator(path: str | Path) -> Evaluator:
         raise InputError(f"{path} does not exist; give the file of a trained action classifier") from None
     except Exception as error:  # torch raises many kinds for a file that is not a checkpoint
         raise InputError(f"{path} holds no action classifier ({error})".replace("\n", " ")) from None
-    return Evaluator(network.eval(), Path(path).name, sha256(path))
+    return Evaluator(network.eval(), Path(path).name, sha256(path), content.get("a2v", {}))

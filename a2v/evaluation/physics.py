@@ -6,6 +6,7 @@ generated one, it is never zero.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -136,20 +137,35 @@ def physics_metrics(motion: Motion, *, feet: tuple[int, ...] | None = None, floo
         feet = tuple(found[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot") if name in found)
     if not feet:
         raise InputError(f"no foot joints among {', '.join(motion.joint_names[:8])}; give their indices")
-    clips = motion.joints.reshape((-1, *motion.joints.shape[-3:])).astype(np.float64)
+    return joints_physics(motion.joints, motion.fps, motion.parents, feet, floor=floor)
+
+
+def joints_physics(joints: FloatArray, fps: float, parents: IntArray, feet: Sequence[int], *, floor: float | None = None) -> PhysicsMetrics:
+    """All measures of plain joints, as `physics_metrics` gives them for a Motion.
+
+    Parameters
+    ----------
+    joints : (..., T, J, 3) float
+        Metres, y up.
+    fps : float
+    parents : (J,) int
+    feet : indices of foot joints
+    floor : float or None
+        Height of the ground, metres; None finds it for every clip by `floor_height`.
+    """
     rows = []
-    for clip in clips:
+    for clip in joints.reshape((-1, *joints.shape[-3:])).astype(np.float64):
         level = floor_height(clip) if floor is None else floor
         depth, over = ground_distance(clip, floor=level)
         ankles = clip[:, list(feet)]
         rows.append(
             (
-                foot_skating(ankles, motion.fps, floor=level),
+                foot_skating(ankles, fps, floor=level),
                 depth,
                 over,
-                foot_slide(ankles, motion.fps, floor=level),
-                jitter(clip, motion.fps),
-                bone_variation(clip, motion.parents),
+                foot_slide(ankles, fps, floor=level),
+                jitter(clip, fps),
+                bone_variation(clip, parents),
             )
         )
     return PhysicsMetrics(*(float(value) for value in np.mean(rows, axis=0)))

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import torch
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.evaluation.classifier import Evaluator, State
 from a2v.evaluation.metrics import accuracy, confidence_interval, diversity, fid, multimodality
+from a2v.evaluation.physics import PhysicsMetrics, joints_physics
 from a2v.motion import MotionModel
 from a2v.types import FloatArray, IntArray, Progress
 
@@ -39,6 +41,8 @@ class EvaluationSettings:
     state : "random" or "zeros"
         First state of the classifier's GRU: the papers' random one, or the deterministic protocol.
     seed : int
+    physics_clips : int
+        Clips of the first repeat whose physical plausibility is measured, 0 for none.
     """
 
     clips: int = 3000
@@ -46,23 +50,27 @@ class EvaluationSettings:
     labels: Literal["data", "uniform"] = "data"
     state: State = "random"
     seed: int = 0
+    physics_clips: int = 500
 
     def __post_init__(self) -> None:
         if self.clips < 40 or self.repeats < 1:
             raise InputError(f"clips={self.clips}, repeats={self.repeats}; expected at least 40 clips (30 features) and 1 repeat")
+        if self.physics_clips < 0:
+            raise InputError(f"physics_clips is {self.physics_clips}; expected 0 or more")
 
     @property
     def name(self) -> str:
         """One line for tables."""
-        return f"{self.clips} real and generated clips, {self.repeats} repeats, {self.labels} labels, {self.state} classifier state, seed {self.seed}"
+        return f"{self.clips} real and generated clips, {self.repeats} repeat{'s' if self.repeats > 1 else ''}, {self.labels} labels, {self.state} classifier state, seed {self.seed}"
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Metrics of one model: every repeat's value by metric."""
+    """Metrics of one model: every repeat's value by metric, and the physical measures of `physics_clips` clips."""
 
     name: str
     values: Mapping[str, tuple[float, ...]]
+    physics: PhysicsMetrics | None = None
 
     def summary(self) -> dict[str, tuple[float, float]]:
         """Mean and half width of the 95 % interval by metric."""
@@ -78,6 +86,31 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
             part = slice(start, start + 250)
             joints.append(model.generate_like_data(labels[part], lengths[part], frames, generator))
         return model.to_native(np.concatenate(joints))
+
+    return generate
+
+
+def recorded(dataset: ActionDataset) -> Generate:
+    """Random windows of recorded clips of the wanted actions, as a model would give them (their own bone lengths).
+
+    Raises
+    ------
+    InputError
+        When called for an action that the data has no clip of.
+    """
+    sampler = ClipSampler(dataset, dataset.length)
+    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
+
+    def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+        clips = np.zeros(len(labels), dtype=np.int64)
+        for label in np.unique(labels):
+            own = np.flatnonzero(dataset.labels == label)
+            if not len(own):
+                raise InputError(f"{dataset.name} has no clip of '{dataset.actions[label]}' here")
+            wanted = labels == label
+            clips[wanted] = generator.choice(own, int(wanted.sum()))
+        motions: FloatArray = sampler.windows(clips, generator) * signs
+        return motions
 
     return generate
 
@@ -108,12 +141,13 @@ def evaluate(
         "Real motions" (two independent draws against each other), then the models.
     """
     settings = settings or EvaluationSettings()
-    if evaluator.n_actions != len(dataset.actions):
-        raise InputError(f"{evaluator.source} knows {evaluator.n_actions} actions; {dataset.name} has {len(dataset.actions)}")
+    evaluator.demand_actions(dataset)
     sampler = ClipSampler(dataset, dataset.length)
     signs = np.asarray(dataset.frame.signs, dtype=np.float32)
+    present = np.unique(dataset.labels)
     names = ["Real motions", *models]
     values: dict[str, dict[str, list[float]]] = {name: {metric: [] for metric in METRICS} for name in names}
+    physics: dict[str, PhysicsMetrics] = {}
     for repeat in range(settings.repeats):
         generator = np.random.default_rng([settings.seed, repeat])
         reference, _, _ = sampler.batch(settings.clips, generator)
@@ -124,7 +158,8 @@ def evaluate(
                 motions = motions * signs
             else:
                 clips = generator.integers(0, len(dataset), settings.clips)
-                labels = dataset.labels[clips] if settings.labels == "data" else generator.integers(0, len(dataset.actions), settings.clips)
+                uniform = settings.labels == "uniform"
+                labels = present[generator.integers(0, len(present), settings.clips)] if uniform else dataset.labels[clips]
                 motions = models[name](labels, dataset.clip_bone_lengths[clips], generator)
             features, predicted = evaluator(motions, state=settings.state, generator=generator)
             row = values[name]
@@ -132,25 +167,113 @@ def evaluate(
             row["accuracy"].append(accuracy(predicted, labels))
             row["diversity"].append(diversity(features, generator))
             row["multimodality"].append(multimodality(features, labels, generator))
+            if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
+                world = motions[: settings.physics_clips] * signs * np.float32(dataset.frame.metres_per_unit)
+                physics[name] = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
             if progress is not None:
                 progress(repeat * len(names) + done + 1, settings.repeats * len(names))
-    return [Scores(name, {metric: tuple(numbers) for metric, numbers in values[name].items()}) for name in names]
+    return [Scores(name, {metric: tuple(numbers) for metric, numbers in values[name].items()}, physics.get(name)) for name in names]
+
+
+def evaluate_actions(
+    models: Mapping[str, Generate],
+    dataset: ActionDataset,
+    evaluator: Evaluator,
+    actions: Sequence[str],
+    settings: EvaluationSettings | None = None,
+    *,
+    progress: Progress | None = None,
+) -> dict[str, list[Scores]]:
+    """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
+
+    Real and generated clips are of the one action; the classifier and its features are those of all actions.
+
+    Parameters
+    ----------
+    actions : names out of ``dataset.actions``
+        The paper's are Walk and Jump of CMU, with 500 clips.
+
+    Returns
+    -------
+    dict
+        The rows of `evaluate` by action.
+
+    Raises
+    ------
+    InputError
+        An action is unknown.
+    """
+    settings = settings or EvaluationSettings(clips=500)
+    for action in actions:
+        if action not in dataset.actions:
+            raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
+    tables = {}
+    for done, action in enumerate(actions):
+        own = dataset.subset(np.flatnonzero(dataset.labels == dataset.actions.index(action)).tolist())
+
+        def report_part(part: int, total: int, before: int = done) -> None:
+            if progress is not None:
+                progress(before * total + part, len(actions) * total)
+
+        tables[action] = evaluate(models, own, evaluator, settings, progress=report_part)
+    return tables
+
+
+def _cell(scores: Scores, metric: str) -> str:
+    mean, half = scores.summary()[metric]
+    return f"{mean:.3f} ± {half:.3f}" if len(scores.values[metric]) > 1 else f"{mean:.3f}"
 
 
 def markdown_table(scores: Sequence[Scores]) -> str:
-    """The papers' table: mean ± half width of the 95 % interval."""
+    """The papers' table: mean ± half width of the 95 % interval (of several repeats)."""
     lines = ["| Methods | FID↓ | Accuracy↑ | Diversity→ | MModality→ |", "|---|---|---|---|---|"]
-    for row in scores:
-        cells = " | ".join(f"{mean:.3f} ± {half:.3f}" for mean, half in (row.summary()[metric] for metric in METRICS))
-        lines.append(f"| {row.name} | {cells} |")
+    lines += [f"| {row.name} | {' | '.join(_cell(row, metric) for metric in METRICS)} |" for row in scores]
     return "\n".join(lines)
+
+
+def action_table(tables: Mapping[str, Sequence[Scores]]) -> str:
+    """The journal paper's Table 4: FID, accuracy and diversity of single actions side by side."""
+    shown = METRICS[:3]
+    head = [f"{action} {metric}" for action in tables for metric in ("FID↓", "Accuracy↑", "Diversity→")]
+    lines = [f"| Methods | {' | '.join(head)} |", "|---" * (len(head) + 1) + "|"]
+    for rows in zip(*tables.values(), strict=True):
+        lines.append(f"| {rows[0].name} | {' | '.join(_cell(row, metric) for row in rows for metric in shown)} |")
+    return "\n".join(lines)
+
+
+def physics_table(scores: Sequence[Scores]) -> str:
+    """Physical plausibility, real motions first: they are never at zero either; "" where it was not measured."""
+    known = [row for row in scores if row.physics is not None]
+    if not known:
+        return ""
+    columns = {
+        "Foot skating": ("skating", 1), "Penetration mm": ("penetration", 1), "Float mm": ("floating", 1), "Slide mm/frame": ("slide", 1),
+        "Jitter m/s³": ("jitter", 1), "Bone variation %": ("bone_variation", 100),
+    }  # fmt: skip
+    lines = [f"| Methods | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
+    for row in known:
+        values = row.physics.as_dict() if row.physics is not None else {}
+        lines.append(f"| {row.name} | {' | '.join(f'{values[name] * factor:.3g}' for name, factor in columns.values())} |")
+    return "\n".join(lines)
+
+
+def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
+    """Rows as JSON: every repeat's values by metric, and the physical measures."""
+    return {
+        row.name: {metric: list(numbers) for metric, numbers in row.values.items()}
+        | ({"physics": row.physics.as_dict()} if row.physics is not None else {})
+        for row in scores
+    }
 
 
 def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings) -> dict[str, Any]:
     """Everything a reader needs to reproduce a table, as JSON."""
+    from a2v import __version__
+
     return {
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
-        "classifier": {"file": evaluator.source, "sha256": evaluator.digest},
-        "scores": {row.name: {metric: list(numbers) for metric, numbers in row.values.items()} for row in scores},
+        "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},
+        "versions": {"a2v": __version__, "numpy": np.__version__, "torch": str(torch.__version__)},
+        "scores": scores_as_dict(scores),
     }

@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 HELP = "Check a motion data set's files and describe it."
 EXAMPLES = """examples:
   a2v data cmu --data ../shared/data
-  a2v data humanact12 --data HumanAct12.zip"""
+  a2v data humanact12 --data HumanAct12.zip
+  a2v data bvh --data my_actions                            my_actions/walk/*.bvh, my_actions/jump/*.bvh...
+  a2v data bvh --data my_actions --bvh.fps 30 --bvh.units centimetres"""
 
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    parser.add_argument("dataset", help="humanact12, humanact12-fine or cmu")
-    parser.add_argument("--data", required=True, help="folder or archive that holds it")
+    from pipelines.motion_data import add_dataset_arguments
+
+    add_dataset_arguments(parser, positional=True)
 
 
 def run(settings: Any) -> int:
     """Load every clip (which checks it) and print a summary."""
     import numpy as np
 
-    from a2v.datasets import load_dataset
+    from pipelines.motion_data import open_dataset
 
-    found = load_dataset(settings.dataset, Path(settings.data))
+    found = open_dataset(settings)
     lengths = np.array([len(joints) for joints in found.joints])
     print(f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects")
     print(f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints")
     print(
-        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than {found.length}"
+        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than {found.length} (they hold their last pose)"
     )
+    if not found.trajectory:
+        print("no trajectory: the roots do not travel (decoders lie and plain only)")
+    for note in found.notes:
+        print(note)
     print(f"digest: {found.digest}")
     for label, action in enumerate(found.actions):
         clips = lengths[found.labels == label]

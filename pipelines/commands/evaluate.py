@@ -3,25 +3,40 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
+
+if TYPE_CHECKING:
+    from a2v.datasets import ActionDataset
+    from a2v.evaluation.classifier import Evaluator
+    from a2v.evaluation.protocol import Generate
+    from a2v.motion import MotionModel
 
 HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversity and multimodality beside real motions."
 EXAMPLES = """examples:
   a2v evaluate --dataset humanact12 --data ../shared/data --model humanact12 --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --labels uniform --out table.md
+  a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
+  a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held_out P03,P10 --out table.md
+  a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
 
-Writes the table as Markdown and, beside it, every repeat's values with protocol, seeds and data hashes as JSON.
---evaluator is the trained action classifier; by default the authors' own in DATA/evaluators."""
+Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
+deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
+--evaluator is the trained action classifier; by default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is
+trained first (with the settings --classifier) if it is not there.
+--held_out adds a table against the clips of these people alone (auto: those that `a2v train --held_out auto` leaves out)."""
 
 EVALUATORS = {
     "humanact12": "action_recognition_model_humanact12.tar",
     "humanact12-fine": "action_recognition_model_humanact12_fineG.tar",
     "cmu": "action_recognition_model_mocap_new.tar",
+    "ntu_vibe": "action_recognition_model_vibe_v2.tar",
 }
 """The authors' classifier of each data set."""
 
@@ -29,69 +44,157 @@ EVALUATORS = {
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
     from a2v.evaluation.protocol import EvaluationSettings
+    from a2v.evaluation.training import ClassifierSettings
+    from pipelines.motion_data import add_dataset_arguments
 
-    parser.add_argument("--dataset", required=True, help="humanact12, humanact12-fine or cmu")
-    parser.add_argument("--data", required=True, help="folder or archive that holds it")
+    add_dataset_arguments(parser)
     parser.add_argument("--model", action="append", default=[], help="cmu, humanact12 or an .onnx file; may be repeated")
     parser.add_argument("--evaluator", type=str | None, default=None, help="file of a trained action classifier")
+    parser.add_argument("--actions", default="", help="actions to measure each by itself too, with commas (500 clips)")
+    parser.add_argument("--held_out", "--held-out", default="none", help="subjects to compare with alone too: names with commas, or auto")
     parser.add_argument("--out", required=True, help="the .md to write; the .json lies beside it")
     parser.add_class_arguments(EvaluationSettings, None)
+    parser.add_argument(
+        "--classifier", type=ClassifierSettings, default=ClassifierSettings(), help="of a classifier that has to be trained"
+    )
 
 
-def find_evaluator(dataset: str, data: str, given: str | None) -> Path:
-    """The classifier's file: `given`, or the authors' one under the data folder.
+def find_evaluator(settings: Any, dataset: ActionDataset) -> Evaluator:
+    """The classifier: the given file, or the authors' one under the data folder, or our own beside the tables.
 
     Raises
     ------
     InputError
-        None is there.
+        The given one is missing or knows other actions.
     """
-    if given is not None:
-        return Path(given)
-    path = Path(data) / "evaluators" / EVALUATORS.get(dataset, "")
-    if not path.is_file():
-        raise InputError(f"no action classifier at {path}; give one with --evaluator (a2v train classifier makes one)")
-    return path
+    from a2v.evaluation.classifier import load_evaluator
+    from a2v.evaluation.training import FILE
+    from pipelines.commands.train import run_classifier
+    from pipelines.motion_data import hold_out
+
+    published = Path(settings.data) / "evaluators" / EVALUATORS.get(settings.dataset, "none")
+    if settings.evaluator is not None:
+        found = load_evaluator(settings.evaluator)
+    elif published.is_file():
+        found = load_evaluator(published)
+    else:
+        folder = Path(settings.out).parent
+        print(f"no classifier of the authors at {published}; ours is {folder / FILE}", file=sys.stderr)
+        training, unseen = hold_out(dataset, "auto" if settings.held_out == "none" else settings.held_out)
+        found = run_classifier(training, unseen, folder, settings.classifier)
+    found.demand_actions(dataset)
+    return found
+
+
+def open_models(names: list[str], dataset: ActionDataset) -> dict[str, MotionModel]:
+    """Models by the name that the tables show.
+
+    Raises
+    ------
+    InputError
+        One is missing or knows other actions or joints.
+    """
+    from a2v.motion import MotionModel
+
+    models: dict[str, MotionModel] = {}
+    for name in names:
+        model = MotionModel.load(name)
+        if model.actions != dataset.actions or model.metadata["skeleton"]["joint_names"] != list(dataset.skeleton.joint_names):
+            raise InputError(
+                f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.metadata['dataset']}"
+            )
+        path = Path(name)
+        shown = f"{model.metadata['decoder']} ({path.name})"
+        if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
+            shown = f"{model.metadata['decoder']} ({path.parent.name}/{path.name})"
+        if shown in models:
+            raise InputError(f"model '{name}' is given twice, or two models lie in folders of the same name; rename one")
+        models[shown] = model
+    return models
 
 
 def run(settings: Any) -> int:
-    """Measure; print the table."""
-    import sys
-
-    from tqdm import tqdm
-
-    from a2v.datasets import load_dataset
-    from a2v.evaluation.classifier import load_evaluator
-    from a2v.evaluation.protocol import EvaluationSettings, evaluate, generator_of, markdown_table, report
-    from a2v.motion import MotionModel
+    """Measure; print the tables."""
+    from a2v.evaluation.protocol import (
+        EvaluationSettings,
+        action_table,
+        evaluate,
+        evaluate_actions,
+        generator_of,
+        markdown_table,
+        physics_table,
+        recorded,
+        report,
+        scores_as_dict,
+    )
+    from pipelines.bar import bar
+    from pipelines.inputs import check_writable
+    from pipelines.motion_data import hold_out, open_dataset
 
     out = Path(settings.out)
     if out.suffix != ".md":
         raise InputError(f"cannot write {out}; expected a name that ends in .md")
+    check_writable(out.parent)
     protocol = EvaluationSettings(**{name: settings[name] for name in EvaluationSettings.__dataclass_fields__})
-    dataset = load_dataset(settings.dataset, settings.data)
-    evaluator = load_evaluator(find_evaluator(settings.dataset, settings.data, settings.evaluator))
-    models = {}
-    for name in settings.model:
-        model = MotionModel.load(name)
-        if model.actions != dataset.actions:
-            raise InputError(f"model '{name}' knows other actions than {dataset.name}; evaluate it on {model.metadata['dataset']}")
-        models[f"{model.metadata['decoder']} ({Path(name).name})"] = generator_of(model, dataset.length)
-    with tqdm(desc="evaluate", unit="set", file=sys.stderr) as bar:
+    dataset = open_dataset(settings)
+    training, unseen = hold_out(dataset, settings.held_out)
+    opened = open_models(settings.model, dataset)
+    evaluator = find_evaluator(settings, dataset)
+    models: Mapping[str, Generate] = {name: generator_of(model, dataset.length) for name, model in opened.items()}
 
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
+    with bar("evaluate", "set") as progress:
         scores = evaluate(models, dataset, evaluator, protocol, progress=progress)
-    table = markdown_table(scores)
+    text = [f"# {dataset.name}", f"Protocol: {protocol.name}; classifier {evaluator.source}.", markdown_table(scores)]
+    content = report(scores, dataset, evaluator, protocol) | {
+        "models": {name: {"sha256": model.digest, "trained_on": model.metadata.get("dataset_digest")} for name, model in opened.items()}
+    }
+    if physics := physics_table(scores):
+        text += [
+            f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} clips (real motions are not at zero either):",
+            physics,
+        ]
+    if settings.actions:
+        alone = EvaluationSettings(**{**vars(protocol), "clips": min(500, protocol.clips), "physics_clips": 0})
+        with bar("actions", "set") as progress:
+            tables = evaluate_actions(
+                models, dataset, evaluator, [name.strip() for name in settings.actions.split(",")], alone, progress=progress
+            )
+        text += [
+            f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
+            action_table(tables),
+        ]
+        content["actions"] = {"clips": alone.clips, "scores": {action: scores_as_dict(rows) for action, rows in tables.items()}}
+    if unseen is not None:
+        with bar("held out", "set") as progress:
+            against = evaluate({"Training clips": recorded(training), **models}, unseen, evaluator, protocol, progress=progress)
+        text += [_describe_split(training, unseen, evaluator, opened), markdown_table(against)]
+        content["held_out"] = {
+            "subjects": sorted(set(unseen.subjects)), "clips": len(unseen), "sha256": unseen.digest, "training_sha256": training.digest,
+            "scores": scores_as_dict(against),
+        }  # fmt: skip
+    joined = "\n\n".join(text) + "\n"
     with atomic_path(out) as temporary:
-        temporary.write_text(f"# {dataset.name}\n\nProtocol: {protocol.name}; classifier {evaluator.source}.\n\n{table}\n")
+        temporary.write_text(joined)
     with atomic_path(out.with_suffix(".json")) as temporary:
-        content = report(scores, dataset, evaluator, protocol) | {
-            "models": {name: MotionModel.load(name).digest for name in settings.model}
-        }
         temporary.write_text(json.dumps(content, indent=1))
-    print(table)
+    print(joined)
     print(out)
     return 0
+
+
+def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, MotionModel]) -> str:
+    """Who is compared with whom, and which models and classifiers have seen the held-out people."""
+    people = sorted(set(unseen.subjects))
+    blind = [name for name, model in models.items() if model.metadata.get("dataset_digest") == training.digest]
+    seen = [name for name in models if name not in blind]
+    lines = [
+        f"Against the {len(unseen)} clips of {', '.join(people)} alone ({len(training)} clips are of others). Actions and bone lengths of generated "
+        "clips are the held-out people's; 'Training clips' are recordings of the others with the same actions: what a perfect model could know."
+    ]
+    if blind:
+        lines.append(f"Trained without these people: {', '.join(blind)}.")
+    if seen:
+        lines.append(f"Trained on other data, these people possibly included: {', '.join(seen)}.")
+    unaware = evaluator.info.get("dataset_digest") == training.digest
+    lines.append(f"The classifier was trained {'without' if unaware else 'with'} them.")
+    return " ".join(lines)

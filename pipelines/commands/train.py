@@ -6,28 +6,35 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import InputError
-
-HELP = "Train a motion model on a data set: the papers' VAE or our own flow; a run goes on where it was stopped."
+HELP = "Train a motion model (the papers' VAE or our own flow) or an action classifier; a run goes on where it was stopped."
 EXAMPLES = """examples:
   a2v train motion --dataset cmu --data ../shared/data --out runs/cmu
   a2v train flow --dataset cmu --data ../shared/data --out runs/flow --flow.code_size 192 --flow.threads 1
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/lie --vae.decoder lie --iterations 20000 --threads 1
   a2v train motion --dataset humanact12 --data ../shared/data --out runs/mine --evaluator classifier.tar     with a running FID
+  a2v train flow --dataset bvh --data my_actions --out runs/mine          your own: my_actions/walk/*.bvh, my_actions/jump/*.bvh...
+  a2v train classifier --dataset bvh --data my_actions --out runs/classifier            what a2v evaluate measures them with
+  a2v train flow --dataset humanact12 --data ../shared/data --held_out P03,P10 --out runs/unseen
 
-OUT gets checkpoint.pt or flow.pt (every few minutes), log.csv and, at the end, motion.onnx for a2v motion, a2v video and export/sample.py.
+OUT gets checkpoint.pt, flow.pt or classifier.pt (every few minutes), log.csv and, for motion models, at the end motion.onnx for a2v motion,
+a2v video and export/sample.py. --held_out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn
+from all and classifiers hold out by "auto", to print their accuracy on people they have not seen.
 The same command resumes a run that was stopped. CUDA is used where there is one (--device cpu to stay on the CPU)."""
 
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
+    from a2v.evaluation.training import ClassifierSettings
     from a2v.motion.flow import FlowSettings
     from a2v.motion.networks import VAESettings
     from a2v.motion.training import TrainSettings
+    from pipelines.motion_data import add_dataset_arguments
 
-    parser.add_argument("what", choices=["motion", "flow"], help="the papers' VAE, or our own window flow")
-    parser.add_argument("--dataset", required=True, help="humanact12, humanact12-fine or cmu")
-    parser.add_argument("--data", required=True, help="folder or archive that holds it")
+    parser.add_argument(
+        "what", choices=["motion", "flow", "classifier"], help="the papers' VAE, our own window flow, or the papers' action classifier"
+    )
+    add_dataset_arguments(parser)
+    parser.add_argument("--held_out", "--held-out", default="", help="subjects not to learn from: names with commas, auto or none")
     parser.add_argument("--out", required=True, help="folder of the run")
     parser.add_argument(
         "--evaluator", type=str | None, default=None, help="action classifier for a running FID and accuracy (monitoring only)"
@@ -35,23 +42,65 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument("--licence", default="see the data set's licence", help="licence of the weights, kept in the exported file")
     parser.add_class_arguments(TrainSettings, None)
     parser.add_argument("--flow", type=FlowSettings, default=FlowSettings(), help="the window flow (train flow)")
-    parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network")
+    parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network (train motion)")
+    parser.add_argument("--classifier", type=ClassifierSettings, default=ClassifierSettings(), help="the classifier (train classifier)")
 
 
 def run(settings: Any) -> int:
     """Train and export; print the exported file's path."""
-    return _train_flow(settings) if settings.what == "flow" else _train_vae(settings)
+    return {"flow": _train_flow, "motion": _train_vae, "classifier": _train_classifier}[settings.what](settings)
+
+
+def _learned_part(settings: Any) -> tuple[Any, dict[str, list[str]]]:
+    """What a motion model learns from, and what its file says about those held out."""
+    from pipelines.motion_data import hold_out, open_dataset
+
+    training, unseen = hold_out(open_dataset(settings), settings.held_out)
+    return training, {"held_out": sorted(set(unseen.subjects)) if unseen is not None else []}
+
+
+def _train_classifier(settings: Any) -> int:
+    from a2v.evaluation.training import FILE
+    from pipelines.motion_data import hold_out, open_dataset
+
+    training, unseen = hold_out(open_dataset(settings), settings.held_out or "auto")
+    run_classifier(training, unseen, Path(settings.out), settings.classifier)
+    print(Path(settings.out) / FILE)
+    return 0
+
+
+def run_classifier(training: Any, unseen: Any, out: Path, chosen: Any) -> Any:
+    """Train a classifier with a bar; print its accuracy on the clips of `unseen`, if any. Returns the `Evaluator`."""
+    from tqdm import tqdm
+
+    from a2v.evaluation.training import train_classifier
+
+    with tqdm(total=chosen.iterations, desc=f"train {training.name} classifier", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+
+        def on_log(row: dict[str, float]) -> None:
+            bar.update(int(row["iteration"]) - bar.n)
+            bar.set_postfix({name: f"{row[name]:.3g}" for name in ("loss", "accuracy") if name in row})
+
+        evaluator = train_classifier(training, out, held_out=unseen, settings=chosen, on_log=on_log)
+    if unseen is not None:
+        people = sorted(set(unseen.subjects))
+        who = (
+            f"of {', '.join(people[:12])}{' ...' if len(people) > 12 else ''}"
+            if not set(people) & set(training.subjects)
+            else "of the same people"
+        )
+        print(f"accuracy on {len(unseen)} clips {who}, not learned from: {evaluator.info['held_out_accuracy']:.3f}")
+    return evaluator
 
 
 def _train_flow(settings: Any) -> int:
     from tqdm import tqdm
 
-    from a2v.datasets import load_dataset
     from a2v.motion.flow import FlowSettings, train_flow
     from export.flow import export_flow
 
     chosen: FlowSettings = settings.flow
-    dataset = load_dataset(settings.dataset, settings.data)
+    dataset, unseen = _learned_part(settings)
     out = Path(settings.out)
     with tqdm(total=chosen.iterations, desc=f"train {dataset.name} flow", unit="it", file=sys.stderr, smoothing=0.05) as bar:
 
@@ -60,7 +109,7 @@ def _train_flow(settings: Any) -> int:
             bar.set_postfix(loss=f"{row['loss']:.4f}")
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
-    export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra={"training": vars(chosen)})
+    export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra={"training": vars(chosen)} | unseen)
     print(out / "motion.onnx")
     return 0
 
@@ -68,7 +117,6 @@ def _train_flow(settings: Any) -> int:
 def _train_vae(settings: Any) -> int:
     from tqdm import tqdm
 
-    from a2v.datasets import load_dataset
     from a2v.evaluation.classifier import load_evaluator
     from a2v.evaluation.monitor import quick_scores
     from a2v.motion.networks import VAESettings
@@ -77,10 +125,10 @@ def _train_vae(settings: Any) -> int:
 
     chosen = TrainSettings(**{name: settings[name] for name in TrainSettings.__dataclass_fields__})
     vae: VAESettings = settings.vae
-    dataset = load_dataset(settings.dataset, settings.data)
+    dataset, unseen = _learned_part(settings)
     evaluator = load_evaluator(settings.evaluator) if settings.evaluator else None
-    if evaluator is not None and evaluator.n_actions != len(dataset.actions):
-        raise InputError(f"{evaluator.source} knows {evaluator.n_actions} actions; {dataset.name} has {len(dataset.actions)}")
+    if evaluator is not None:
+        evaluator.demand_actions(dataset)
     out = Path(settings.out)
     with tqdm(total=chosen.iterations, desc=f"train {dataset.name} {vae.decoder}", unit="it", file=sys.stderr, smoothing=0.05) as bar:
         scores: dict[str, float] = {}
@@ -99,7 +147,7 @@ def _train_vae(settings: Any) -> int:
         dataset,
         out / "motion.onnx",
         licence=settings.licence,
-        extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}},
+        extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}} | unseen,
     )
     print(out / "motion.onnx")
     return 0

@@ -1,0 +1,195 @@
+"""Training of our own action classifiers, for data that the authors published none for."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from a2v.datasets import ActionDataset, ClipSampler
+from a2v.errors import InputError
+from a2v.evaluation.classifier import ActionClassifier, Evaluator, load_evaluator
+from a2v.evaluation.metrics import accuracy
+from a2v.io import atomic_path, write_csv
+from a2v.motion.training import choose_device
+
+FILE = "classifier.pt"
+"""Checkpoint of a run, and at its end the classifier that `load_evaluator` reads."""
+
+
+@dataclass(frozen=True)
+class ClassifierSettings:
+    """How a classifier is trained.
+
+    Attributes
+    ----------
+    iterations, batch_size : int
+    learning_rate, weight_decay : float
+        AdamW, with a cosine decay to a hundredth.
+    clip_gradient : float
+        Largest norm of the gradient.
+    seed, threads : int
+    device : str
+        "auto" takes CUDA where there is one.
+    checkpoint_seconds : float
+    log_every : int
+    """
+
+    iterations: int = 1500
+    batch_size: int = 64
+    learning_rate: float = 2e-3
+    weight_decay: float = 1e-4
+    clip_gradient: float = 1.0
+    seed: int = 0
+    threads: int = 0
+    device: str = "auto"
+    checkpoint_seconds: float = 60.0
+    log_every: int = 50
+
+    def __post_init__(self) -> None:
+        if min(self.iterations, self.batch_size, self.log_every) < 1:
+            raise InputError("iterations, batch_size and log_every of the classifier must be positive")
+
+
+FREE_TO_CHANGE = ("threads", "device", "checkpoint_seconds", "log_every")
+"""Settings that do not change what is learned."""
+
+
+def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows: int = 4, seed: int = 0) -> float:
+    """Share of right answers on random windows of clips (zero first state), `windows` of each."""
+    clips = np.tile(np.arange(len(held_out)), windows)
+    joints = ClipSampler(held_out, held_out.length).windows(clips, np.random.default_rng(seed))
+    _, predicted = evaluator(joints * np.asarray(held_out.frame.signs, dtype=np.float32))
+    return accuracy(predicted, held_out.labels[clips])
+
+
+def train_classifier(
+    dataset: ActionDataset,
+    folder: str | os.PathLike[str],
+    *,
+    held_out: ActionDataset | None = None,
+    settings: ClassifierSettings | None = None,
+    on_log: Callable[[dict[str, float]], None] | None = None,
+) -> Evaluator:
+    """Train, or go on with, the classifier in `folder` (``classifier.pt`` and ``log.csv``).
+
+    The architecture is the papers', the windows are those of their protocol, and the GRU starts from random states, so that the
+    result works under both protocols. Every iteration draws from its own seed: a run that was stopped ends with the weights of
+    one that was not.
+
+    Parameters
+    ----------
+    dataset : ActionDataset
+        Clips to learn from.
+    folder : path
+    held_out : ActionDataset or None
+        Clips to measure the accuracy on; never learned from.
+    settings : ClassifierSettings
+    on_log : callable
+        Called with iteration, seconds, loss and, with `held_out`, accuracy, every `log_every` iterations.
+
+    Raises
+    ------
+    InputError
+        The run in `folder` was made with other data or settings, or training diverges.
+    """
+    settings = settings or ClassifierSettings()
+    if settings.threads:
+        torch.set_num_threads(settings.threads)
+    device = choose_device(settings.device)
+    path = Path(folder) / FILE
+    torch.manual_seed(settings.seed)
+    network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(device)
+    optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+    made_with: dict[str, Any] = {name: value for name, value in dataclasses.asdict(settings).items() if name not in FREE_TO_CHANGE}
+    made_with |= {"dataset_digest": dataset.digest, "frames": dataset.length}
+    iteration, seconds = 0, 0.0
+    log: list[dict[str, float]] = []
+    if path.exists():
+        content = _read(path)
+        for name, value in made_with.items():
+            if content["made_with"].get(name) != value:
+                raise InputError(
+                    f"{path} was made with {name}={content['made_with'].get(name)}, not {value}; give another folder or the same settings"
+                )
+        network.load_state_dict(content["model"])
+        optimizer.load_state_dict(content["optimizer"])
+        iteration, seconds, log = content["iteration"], content["seconds"], list(content["log"])
+    sampler = ClipSampler(dataset, dataset.length)
+    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
+
+    def save() -> None:
+        info = {
+            "dataset": dataset.name,
+            "dataset_digest": dataset.digest,
+            "actions": list(dataset.actions),
+            "held_out": sorted(set(held_out.subjects)) if held_out is not None else [],
+            "held_out_accuracy": log[-1].get("accuracy", math.nan) if log else math.nan,
+            "iterations": iteration,
+        }
+        content = {
+            "model": network.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration, "seconds": seconds, "log": log,
+            "made_with": made_with, "a2v": info,
+        }  # fmt: skip
+        with atomic_path(path) as temporary:
+            torch.save(content, temporary)
+        if log:
+            write_csv(path.with_name("log.csv"), log)
+
+    began, saved, losses = time.monotonic() - seconds, time.monotonic(), []
+    try:
+        while iteration < settings.iterations:
+            generator = np.random.default_rng([settings.seed, iteration])
+            joints, labels, _ = sampler.batch(settings.batch_size, generator)
+            state = generator.standard_normal((2, len(joints), network.recurrent.hidden_size), dtype=np.float32)
+            batch, first, wanted = (torch.from_numpy(x).to(device) for x in (joints * signs, state, labels))
+            _, logits = network(batch.flatten(2), first)
+            loss = nn.functional.cross_entropy(logits, wanted)
+            rate = 0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * iteration / settings.iterations))
+            for group in optimizer.param_groups:
+                group["lr"] = settings.learning_rate * rate
+            optimizer.zero_grad(set_to_none=True)
+            loss.backward()  # type: ignore[no-untyped-call]
+            nn.utils.clip_grad_norm_(network.parameters(), settings.clip_gradient)
+            optimizer.step()
+            iteration += 1
+            seconds = time.monotonic() - began
+            losses.append(float(loss.detach()))
+            if iteration % settings.log_every == 0 or iteration == settings.iterations:
+                row = {"iteration": float(iteration), "seconds": seconds, "loss": float(np.mean(losses))}
+                if not np.isfinite(row["loss"]):
+                    raise InputError(f"training diverged at iteration {iteration}; lower learning_rate")
+                if held_out is not None:
+                    row["accuracy"] = held_out_accuracy(Evaluator(copy.deepcopy(network).cpu().eval(), FILE, ""), held_out)
+                log.append(row)
+                losses = []
+                if on_log is not None:
+                    on_log(row)
+            if time.monotonic() - saved > settings.checkpoint_seconds:
+                save()
+                saved = time.monotonic()
+    finally:
+        save()
+    return load_evaluator(path)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        if not {"model", "optimizer", "made_with", "log"} <= set(content):
+            raise InputError(f"{path} is no run of a2v train classifier; give another folder")
+    except InputError:
+        raise
+    except Exception as error:  # torch raises many kinds for a damaged file
+        raise InputError(f"{path} cannot be read as a classifier ({error})".replace("\n", " ")) from None
+    return dict(content)

@@ -6,6 +6,7 @@ figure's shadow straight below it and the root's path on it; the person's left i
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -248,8 +249,10 @@ def plot_rows(
     ground = np.array([1.0, 0.0, 1.0])
     shown = [clip.joints[at] - clip.root[at][:, None] * ground for clip, at in zip(clips, picks, strict=True)]
     seen = np.concatenate([project(joints, settings.azimuth, settings.elevation)[..., :2].reshape(-1, 2) for joints in shown])
-    margin = 0.15
-    low, high = np.minimum(seen.min(0), [-0.35, -0.25]) - margin, np.maximum(seen.max(0), [0.35, 1.0]) + margin
+    spot = _grid(np.array([-0.4, -0.4]), np.array([0.4, 0.4]), dataclasses.replace(settings, cell=0.4))
+    tile = project(spot, settings.azimuth, settings.elevation)[..., :2].reshape(-1, 2)
+    margin = settings.head + 0.02
+    low, high = np.minimum(seen.min(0) - margin, tile.min(0) - 0.03), np.maximum(seen.max(0) + margin, tile.max(0) + 0.03)
     pitch = high[0] - low[0]
     row = settings.size / 100
     label = 1.1 if any(names) else 0.0
@@ -262,8 +265,7 @@ def plot_rows(
         ax = _empty_axes(figure, box, low, high + np.array([pitch * (poses - 1), 0]))
         for column, frame in enumerate(at):
             shift = (pitch * column, 0.0)
-            spot = np.array([settings.cell, settings.cell])
-            _draw_ground(ax, _grid(-spot, spot, settings), settings, shift)
+            _draw_ground(ax, spot, settings, shift)
             _Figure(ax, clip, settings).place(joints[column], shift, fade=0.55 if frame < given else 0.0)
             if index == len(clips) - 1:
                 place = (label + cell * (column - low[0] / pitch)) / width
@@ -406,10 +408,11 @@ class _Panel:
         root = clip.root * ground
         follows = float(np.ptp(root, axis=0).max()) > settings.follow
         # the camera's path is smoother than the person's, so that the person still sways
-        self.centre = _smooth(root, 2 * clip.fps) if follows else np.tile((root.min(0) + root.max(0)) / 2, (clip.frames, 1))
+        self.centre = _smooth(root, 1.2 * clip.fps) if follows else np.tile((root.min(0) + root.max(0)) / 2, (clip.frames, 1))
         local = clip.joints - self.centre[:, None]
         seen = project(local, *view)[..., :2].reshape(-1, 2)
-        low, high = np.minimum(seen.min(0), [-0.6, -0.3]) - 0.12, np.maximum(seen.max(0), [0.6, 1.2]) + 0.12
+        margin = settings.head + 0.03
+        low, high = np.minimum(seen.min(0) - margin, [-0.7, -0.4]), np.maximum(seen.max(0) + margin, [0.7, 1.3])
         self.ax = _empty_axes(figure, box, low, high)
         flat = clip.joints[..., [0, 2]].reshape(-1, 2)
         reach = 1.0 if follows else 0.5

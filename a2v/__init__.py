@@ -3,7 +3,7 @@
 from importlib.metadata import PackageNotFoundError, version
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
-from a2v.types import VIEWS, Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface, View
+from a2v.types import VIEWS, Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
 
 try:
     __version__ = version("a2v")
@@ -22,6 +22,5 @@ __all__ = [
     "RenderSettings",
     "Subject",
     "Surface",
-    "View",
     "__version__",
 ]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 import types
 import typing
 from collections.abc import Callable, Mapping
@@ -28,8 +29,11 @@ IntArray = NDArray[np.integer[Any]]
 ByteArray = NDArray[np.uint8]
 BoolArray = NDArray[np.bool_]
 
-View = Literal["front", "back", "left", "right"]
-VIEWS: tuple[View, ...] = ("front", "back", "left", "right")
+VIEWS: tuple[str, ...] = ("front", "back", "left", "right")
+"""The paper's four views. More are `a2v.rendering.CameraPath`'s: a turntable and the user's own."""
+
+NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
+"""Regular expression of names that become names of files."""
 
 Progress = Callable[[int, int], None]
 """Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
@@ -429,7 +433,11 @@ class RenderSettings(Record):
         Width and height of a view, pixels.
     spp : int
         Samples a pixel before denoising.
-    views : tuple of View
+    views : tuple of str
+        `VIEWS`, "turntable", or names of cameras of one's own (`a2v.rendering.CameraPath`).
+    background : str
+        "stage": ground and backdrop; else a person with shadow on "#rrggbb", on a picture ("image", which is given beside
+        these settings) or on nothing ("transparent": frames have an alpha channel).
     denoise : bool
         Open Image Denoise on every frame.
     variant : str
@@ -441,7 +449,8 @@ class RenderSettings(Record):
 
     size: int = 512
     spp: int = 8
-    views: tuple[View, ...] = VIEWS
+    views: tuple[str, ...] = VIEWS
+    background: str = "stage"
     denoise: bool = True
     variant: str = "auto"
     threads: int = 0
@@ -452,7 +461,11 @@ class RenderSettings(Record):
             raise InputError(f"size is {self.size}; expected an even number of pixels from 16 to 4096")
         if not 1 <= self.spp <= 65536:
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
-        if unknown := [view for view in self.views if view not in VIEWS]:
-            raise InputError(f"unknown view '{unknown[0]}'; choose from {', '.join(VIEWS)}")
+        if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
+            raise InputError(f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are named so")
         if not self.views:
             raise InputError(f"no view given; choose from {', '.join(VIEWS)}")
+        if doubles := [view for view in self.views if self.views.count(view) > 1]:
+            raise InputError(f"view '{doubles[0]}' is given twice")
+        if not re.fullmatch(r"stage|transparent|image|#[0-9a-f]{6}", self.background):
+            raise InputError(f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f")

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
 from pipelines.store import File, Ref, Store, read_bytes
 
 if TYPE_CHECKING:
-    from a2v.types import RenderSettings, View
+    from a2v.rendering import CameraPath
+    from a2v.types import RenderSettings
     from pipelines.nodes.values import Blob
 
 MAX_PHOTO_BYTES = 256 << 20
@@ -77,21 +79,72 @@ def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, s
     return {"model": File.of(opened.path), "action": action, "frames": frames, "seed": seed, "fps": fps}
 
 
-def render_settings(settings: Any) -> RenderSettings:
-    """`RenderSettings` out of the flat options --views --size --spp --denoise --variant --render-seed."""
-    from a2v.types import RenderSettings
+def add_render_arguments(parser: Any) -> None:
+    """Options of how frames look."""
+    from a2v.types import VIEWS, RenderSettings
 
-    views = tuple(view.strip() for view in settings.views.split(",")) if isinstance(settings.views, str) else tuple(settings.views)
-    if doubles := [view for view in views if views.count(view) > 1]:
-        raise InputError(f"view '{doubles[0]}' is given twice")
-    return RenderSettings(
-        views=cast("tuple[View, ...]", views),
+    look = RenderSettings()
+    parser.add_argument(
+        "--views",
+        type=str | None,
+        default=None,
+        help=f"of {', '.join(VIEWS)}, turntable and the cameras of --camera; by default the four, or all of --camera",
+    )
+    parser.add_argument("--camera", type=str | None, default=None, help="YAML file of cameras of your own (docs/rendering.md)")
+    parser.add_argument(
+        "--background", default=look.background, help="stage, transparent (adds PNG frames), a colour (#30506f, navy) or an image file"
+    )
+    parser.add_argument("--size", type=int, default=look.size, help="pixels a side")
+    parser.add_argument("--spp", type=int, default=look.spp, help="samples a pixel")
+    parser.add_argument("--denoise", type=bool, default=look.denoise, help="Open Image Denoise on every frame")
+    parser.add_argument("--variant", default=look.variant, help="Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb")
+    parser.add_argument("--render_seed", type=int, default=look.seed, help="seed of the renderer")
+
+
+def render_parameters(store: Store, settings: Any) -> dict[str, Any]:
+    """The graph's parameters `render`, `cameras` and `backdrop` out of the options of `add_render_arguments`.
+
+    Raises
+    ------
+    InputError
+        An unknown view or background, or an unreadable file.
+    """
+    from a2v.rendering import check_views, read_cameras
+    from a2v.types import VIEWS, RenderSettings
+
+    cameras = () if settings.camera is None else read_cameras(settings.camera)
+    named = settings.views.split(",") if settings.views is not None else [one.name for one in cameras] or VIEWS
+    views = tuple(view.strip() for view in named)
+    background, backdrop = _background(store, settings.background)
+    render = RenderSettings(
+        views=views,
+        background=background,
         size=settings.size,
         spp=settings.spp,
         denoise=settings.denoise,
         variant=settings.variant,
         seed=settings.render_seed,
     )
+    check_views(views, cameras)
+    return {"render": render, "cameras": cameras, "backdrop": backdrop}
+
+
+def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
+    """What `RenderSettings.background` is called, and the picture if it is one."""
+    from PIL import ImageColor
+
+    from a2v.perception.photo import decode_photo
+
+    if asked in ("stage", "transparent"):
+        return asked, None
+    with contextlib.suppress(ValueError):
+        red, green, blue, *_ = ImageColor.getrgb(asked)
+        return f"#{red:02x}{green:02x}{blue:02x}", None
+    if not Path(asked).is_file():
+        raise InputError(f"background '{asked}' is no file; expected stage, transparent, a colour such as #30506f, or an image")
+    data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
+    decode_photo(data, Path(asked).name)  # or an error before anything long runs
+    return "image", put_file(store, asked)
 
 
 def add_run_arguments(parser: Any) -> None:
@@ -111,7 +164,7 @@ def add_run_arguments(parser: Any) -> None:
 
 def stage_settings() -> dict[str, Any]:
     """The settings of every stage at their defaults, by the name that the graph, the command line and YAML use."""
-    from a2v.animation import BindSettings, RetargetSettings
+    from a2v.animation import BindSettings, DeformSettings, RetargetSettings
     from a2v.body import FitSettings
     from a2v.perception import PerceptionSettings
     from a2v.reconstruction import ColorSettings, SurfaceSettings
@@ -123,6 +176,7 @@ def stage_settings() -> dict[str, Any]:
         "color": ColorSettings(),
         "bind": BindSettings(),
         "retarget": RetargetSettings(),
+        "deform": DeformSettings(),
     }
 
 
@@ -182,6 +236,8 @@ def video_parameters(
     seed: int = 0,
     fps: float | None = None,
     render: RenderSettings | None = None,
+    cameras: Sequence[CameraPath] = (),
+    backdrop: str | os.PathLike[str] | None = None,
     **photo_options: Any,
 ) -> dict[str, Any]:
     """All the graph's parameters, the defaults filled in; use with ``video_graph(recorded=motion is not None)``.
@@ -194,4 +250,5 @@ def video_parameters(
     from a2v.types import RenderSettings
 
     moving = motion_inputs(action=action, model=model, motion=motion, frames=frames, seed=seed, fps=fps)
-    return {**moving, "render": render or RenderSettings(), **photo_parameters(store, photo, **photo_options)}
+    look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop)}
+    return {**moving, **look, **photo_parameters(store, photo, **photo_options)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -11,6 +12,37 @@ from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian
 from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
 from a2v.types import Character, FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeformSettings:
+    """How a character follows its bones.
+
+    Attributes
+    ----------
+    method : "arap" or "skinning"
+        Eq. 20, or linear blend skinning (what a GLB's viewer does).
+    control : float
+        Weight of a control point against the rigidity of its surroundings (dimensionless; the paper's 1). Smaller is
+        smoother: control is felt over about ``1 / sqrt(control)`` edges.
+    iterations : int
+        At most, a frame.
+    tolerance : float
+        Stop when the energy falls by less than this fraction.
+    """
+
+    method: Literal["arap", "skinning"] = "arap"
+    control: float = 0.05
+    iterations: int = 4
+    tolerance: float = 1e-2
+
+    def __post_init__(self) -> None:
+        if self.method not in ("arap", "skinning"):
+            raise InputError(f"deform.method is '{self.method}'; choose arap or skinning")
+        if not (np.isfinite(self.control) and self.control > 0):
+            raise InputError(f"deform.control is {self.control}; expected a positive weight")
+        if self.iterations < 1 or not 0 <= self.tolerance < 1:
+            raise InputError(f"deform has {self.iterations} iterations and tolerance {self.tolerance}; expected 1 or more, and [0, 1)")
 
 
 @dataclass(frozen=True)
@@ -135,21 +167,13 @@ class ArapDeformer:
     Parameters
     ----------
     character : Character
-    control : float
-        Weight of a control point against the rigidity of its surroundings (dimensionless; the paper's 1). Smaller is
-        smoother: control is felt over about ``1 / sqrt(control)`` edges.
-    iterations : int
-        At most, a frame.
-    tolerance : float
-        Stop when the energy falls by less than this fraction.
+    settings : DeformSettings
     """
 
-    def __init__(self, character: Character, *, control: float = 0.05, iterations: int = 4, tolerance: float = 1e-2):
-        if not control > 0:
-            raise InputError(f"control is {control}; expected a positive weight")
-        self.character, self.iterations, self.tolerance = character, iterations, tolerance
+    def __init__(self, character: Character, settings: DeformSettings = DeformSettings()):
+        self.character, self.settings = character, settings
         self._solver = ArapSolver(
-            character.surface.vertices, character.surface.faces.astype(np.int64), np.full(len(character.surface.vertices), control)
+            character.surface.vertices, character.surface.faces.astype(np.int64), np.full(len(character.surface.vertices), settings.control)
         )
 
     def solve(self, bone_transforms: FloatArray) -> ArapResult:
@@ -159,7 +183,9 @@ class ArapDeformer:
         start = np.einsum("vab,vb->va", blended[..., :3], rest) + blended[..., 3]
         targets = control_points(self.character, bone_transforms)
         turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms), steps=2)
-        return self._solver.solve(targets, start=start, rotations=turns, iterations=self.iterations, tolerance=self.tolerance)
+        return self._solver.solve(
+            targets, start=start, rotations=turns, iterations=self.settings.iterations, tolerance=self.settings.tolerance
+        )
 
     def __call__(self, bone_transforms: FloatArray) -> FloatArray:
         """Vertices (V, 3) float32 for one frame's bone transforms (B, 4, 4)."""

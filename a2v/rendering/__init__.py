@@ -5,28 +5,32 @@
 imports neither Mitsuba nor PyAV.
 """
 
-from a2v.rendering.camera import DIRECTIONS, ViewCamera, follow_cameras
+from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
 from a2v.rendering.images import contact_sheet, linear_to_srgb, side_by_side, srgb_to_linear
 from a2v.rendering.page import write_page
-from a2v.rendering.renderer import Layers, Renderer, denoise
+from a2v.rendering.renderer import Cutout, Layers, Renderer, denoise
 from a2v.rendering.scene import SceneSettings
 from a2v.rendering.variant import activate, choose_variant
 from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp
 
 __all__ = [
-    "DIRECTIONS",
+    "AZIMUTHS",
+    "CameraPath",
+    "Cutout",
     "Layers",
     "Renderer",
     "SceneSettings",
     "VideoInfo",
     "ViewCamera",
     "activate",
+    "check_views",
     "choose_variant",
     "contact_sheet",
     "denoise",
     "follow_cameras",
     "linear_to_srgb",
     "probe_video",
+    "read_cameras",
     "read_video",
     "side_by_side",
     "srgb_to_linear",

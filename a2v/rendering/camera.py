@@ -1,21 +1,21 @@
-"""Perspective cameras, and the four that follow the character."""
+"""Perspective cameras, the four that follow the character, and cameras of one's own out of a small YAML file."""
 
 from __future__ import annotations
 
+import dataclasses
+import os
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import FloatArray, Record, RenderSettings, View
+from a2v.types import NAME_PATTERN, VIEWS, FloatArray, Record, RenderSettings
 
-DIRECTIONS: dict[View, tuple[float, float, float]] = {
-    "front": (0.0, 0.0, 1.0),
-    "back": (0.0, 0.0, -1.0),
-    "left": (1.0, 0.0, 0.0),
-    "right": (-1.0, 0.0, 0.0),
-}
-"""From the person towards the camera: the person faces +z and its left is +x."""
+AZIMUTHS = {"front": 0.0, "back": 180.0, "left": 90.0, "right": -90.0}
+"""Where the cameras of `VIEWS` stand, degrees: the person faces +z and its left is +x."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,19 +64,169 @@ class ViewCamera(Record):
         return np.stack([size / 2 + reach * local[..., 0] / depth, size / 2 - reach * local[..., 1] / depth], axis=-1)
 
 
+@dataclass(frozen=True, kw_only=True)
+class CameraPath(Record):
+    """How one view's camera moves over a clip. Angles are degrees.
+
+    Either it stands around the character (`azimuth`, `elevation`, `turn`, `distance`, `follow`), or at a place of the world
+    (`origin`): there it looks at `target`, or turns after the character where none is given.
+
+    Attributes
+    ----------
+    name : str
+        Name of the view and of its files.
+    azimuth : float
+        Where it stands: 0 before the person, 90 at its left (+x), 180 behind.
+    elevation : float
+        Height above the horizon as an angle, below 90 and above -90.
+    turn : float
+        How far it goes around the character over the whole clip, towards the person's left; 360 gives a turntable that loops.
+    fov : float
+        Field of view.
+    distance : float or None
+        From the character's middle, metres; None: the least at which the whole body keeps a border at every frame.
+    follow : bool
+        Go along with the character; False: stand still and see its whole path.
+    origin, target : tuple of 3 float or None
+        Metres, world.
+    """
+
+    name: str
+    azimuth: float = 0.0
+    elevation: float = 0.0
+    turn: float = 0.0
+    fov: float = 28.0
+    distance: float | None = None
+    follow: bool = True
+    origin: tuple[float, float, float] | None = None
+    target: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(NAME_PATTERN, self.name):
+            raise InputError(f"'{self.name}' names no camera; expected letters, digits, - and _, since files are named so")
+        where = f"camera '{self.name}'"
+        numbers = [self.azimuth, self.elevation, self.turn, self.fov, self.distance or 1.0, *(self.origin or ()), *(self.target or ())]
+        if not np.isfinite(numbers).all():
+            raise InputError(f"{where} holds a number that is not finite")
+        if not -90 < self.elevation < 90 or not 0 < self.fov < 180:
+            raise InputError(f"{where} has elevation {self.elevation} and fov {self.fov}; expected -90 < elevation < 90, 0 < fov < 180")
+        if self.distance is not None and self.distance <= 0:
+            raise InputError(f"{where} has distance {self.distance}; expected metres above 0")
+        if self.target is not None and self.origin is None:
+            raise InputError(f"{where} has a target but no origin; give both, or azimuth and elevation")
+        placed = self.azimuth, self.elevation, self.turn, self.distance, self.follow
+        if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
+            raise InputError(f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, distance and follow")
+
+    def toward(self, frames: int) -> FloatArray:
+        """Unit vectors (T, 3) from the character to the camera."""
+        angle = np.radians(self.azimuth + self.turn * np.arange(frames) / frames)
+        rise = np.radians(self.elevation)
+        return np.stack([np.cos(rise) * np.sin(angle), np.full(frames, np.sin(rise)), np.cos(rise) * np.cos(angle)], axis=-1)
+
+
+TURNTABLE = CameraPath(name="turntable", turn=360.0, elevation=6.0)
+"""Once around the character while it moves; a clip of one pose makes the classical turntable."""
+
+MAX_CAMERA_FILE = 1 << 16
+
+
+def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
+    """Cameras of a YAML file: names, and under each the fields of `CameraPath`.
+
+    ::
+
+        hero:   {azimuth: 30, elevation: 12, fov: 35}
+        orbit:  {turn: 360, elevation: 10, distance: 4}
+        tripod: {origin: [2.5, 1.5, 3.0], target: [0, 0.9, 0], fov: 40}
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is no YAML mapping, or has an unknown field or an unusable value; file and camera are named.
+    """
+    import difflib
+
+    import yaml
+
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read(MAX_CAMERA_FILE + 1)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    if len(data) > MAX_CAMERA_FILE:
+        raise InputError(f"{path} is larger than {MAX_CAMERA_FILE >> 10} kB; expected a few cameras as YAML")
+    try:
+        content = yaml.safe_load(data.decode("utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is no YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(content, dict) or not content:
+        raise InputError(f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}")
+    kinds = {field.name: field for field in dataclasses.fields(CameraPath) if field.name not in ("name", "provenance")}
+    cameras = []
+    for name, given in content.items():
+        if not isinstance(name, str) or not isinstance(given, dict | None):
+            raise InputError(f"{path}: camera '{name}' is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}")
+        if name in VIEWS or name == TURNTABLE.name:
+            raise InputError(f"{path}: '{name}' is a view that is always there; choose another name")
+        values: dict[str, Any] = {}
+        for key, value in (given or {}).items():
+            if key not in kinds:
+                near = difflib.get_close_matches(str(key), kinds, n=1)
+                hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(kinds)}"
+                raise InputError(f"{path}: camera '{name}' has an unknown field '{key}'; {hint}")
+            values[key] = _field(value, f"{path}: {key} of camera '{name}'", key)
+        try:
+            cameras.append(CameraPath(name=name, **values))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    return tuple(cameras)
+
+
+def _field(value: Any, what: str, key: str) -> Any:
+    def number(item: Any) -> float:
+        if isinstance(item, bool) or not isinstance(item, int | float):
+            raise InputError(f"{what} is {item!r}; expected a number")
+        return float(item)
+
+    if key == "follow":
+        if not isinstance(value, bool):
+            raise InputError(f"{what} is {value!r}; expected true or false")
+        return value
+    if key in ("origin", "target"):
+        if not isinstance(value, list) or len(value) != 3:
+            raise InputError(f"{what} is {value!r}; expected three numbers, [x, y, z] in metres")
+        return tuple(number(item) for item in value)
+    return number(value)
+
+
+def check_views(views: Sequence[str], cameras: Sequence[CameraPath] = ()) -> None:
+    """Reject views that are neither built in nor among `cameras`.
+
+    Raises
+    ------
+    InputError
+        It lists what there is.
+    """
+    known = [*VIEWS, TURNTABLE.name, *(camera.name for camera in cameras)]
+    if unknown := [view for view in views if view not in known]:
+        raise InputError(f"unknown view '{unknown[0]}'; choose from {', '.join(known)}")
+
+
 def follow_cameras(
     track: FloatArray,
     settings: RenderSettings = RenderSettings(),  # noqa: B008 - frozen
     *,
+    cameras: Sequence[CameraPath] = (),
     fov: float = 28.0,
     margin: float = 0.06,
     smoothing: float = 8.0,
     height: float | None = None,
-) -> dict[View, tuple[ViewCamera, ...]]:
+) -> dict[str, tuple[ViewCamera, ...]]:
     """Cameras at half the character's height that follow it, one a frame and view (paper, section 4.2.2).
 
-    They keep one distance and one direction for the whole clip, the same for all views, so large that the
-    whole body stays in the picture at every frame.
+    The four views keep one distance and one direction for the whole clip, the same for all of them, so large that the
+    whole body stays in the picture at every frame. A turntable and `cameras` have distances of their own.
 
     Parameters
     ----------
@@ -84,8 +234,10 @@ def follow_cameras(
         The character over time, metres: all vertices, or N = 2 for each frame's bounding box (least and greatest corner).
     settings : RenderSettings
         Its `views`.
+    cameras : sequence of CameraPath
+        What names in `views` besides the built-in ones mean.
     fov : float
-        Degrees.
+        Of the four views, degrees.
     margin : float
         Free border on each side, a fraction of the picture.
     smoothing : float
@@ -100,10 +252,11 @@ def follow_cameras(
     Raises
     ------
     InputError
-        `track` has another shape, no frames, or holds NaN.
+        `track` has another shape, no frames, or holds NaN; or a view is unknown.
     """
     from scipy.ndimage import gaussian_filter1d
 
+    check_views(settings.views, cameras)
     points = np.asarray(track, np.float64)
     if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
         raise InputError(f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds")
@@ -123,25 +276,35 @@ def follow_cameras(
         beyond = min(len(centre) - 1, int(4 * smoothing))
         padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
         path = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
-    reach = (1 - 2 * margin) * np.tan(np.radians(fov) / 2)
-    distance = 0.5
-    offsets = points - path[:, None]
-    for view in settings.views:
-        toward = np.array(DIRECTIONS[view])
+    frames = len(path)
+    still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (frames, 1))
+    still[:, 1] = height / 2
+
+    def needed(targets: FloatArray, toward: FloatArray, angle: float) -> float:
+        reach = (1 - 2 * margin) * np.tan(np.radians(angle) / 2)
         right = np.cross((0.0, 1.0, 0.0), toward)
-        lateral = np.maximum(np.abs(offsets @ right), np.abs(offsets[..., 1]))
-        distance = max(distance, float((lateral / reach + offsets @ toward).max()))
-    return {
-        view: tuple(
-            ViewCamera(
-                origin=_triple(target + distance * np.array(DIRECTIONS[view])),
-                target=_triple(target),
-                fov=fov,
-            )
-            for target in path
+        right /= np.linalg.norm(right, axis=-1, keepdims=True)
+        up = np.cross(toward, right)
+        offsets = points - targets[:, None]
+        across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
+        return float((np.maximum(np.abs(across), np.abs(along)) / reach + depth).max())
+
+    standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=fov) for view in settings.views if view in AZIMUTHS]
+    shared = max([0.5, *(needed(path, camera.toward(frames), fov) for camera in standing)])
+    found: dict[str, tuple[ViewCamera, ...]] = {}
+    for camera in (*standing, *(one for one in (TURNTABLE, *cameras) if one.name in settings.views)):
+        if camera.origin is not None:
+            aims = path if camera.target is None else np.tile(camera.target, (frames, 1))
+            found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
+            continue
+        targets, toward = path if camera.follow else still, camera.toward(frames)
+        distance = shared if camera in standing else camera.distance or max(0.5, needed(targets, toward, camera.fov))
+        origins = targets + distance * toward
+        found[camera.name] = tuple(
+            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
+            for origin, target in zip(origins, targets, strict=True)
         )
-        for view in settings.views
-    }
+    return {view: found[view] for view in settings.views}
 
 
 def _triple(vector: FloatArray) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from a2v.rendering.camera import ViewCamera
 from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
 from a2v.rendering.variant import activate
-from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
+from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,30 @@ class Layers:
     albedo: FloatArray
     normal: FloatArray
     alpha: FloatArray
+
+
+@dataclass(frozen=True)
+class Cutout:
+    """The person and its shadow, to be laid over anything; linear light, float32.
+
+    `color` (H, W, 3) is the person's, times `alpha` (H, W), the fraction of the pixel that it covers; `shade` (H, W) in
+    [0, 1] is the fraction of its light that the ground keeps.
+    """
+
+    color: FloatArray
+    alpha: FloatArray
+    shade: FloatArray
+
+    def over(self, background: FloatArray) -> FloatArray:
+        """On a background (H, W, 3) or (3,) in linear RGB: (H, W, 3)."""
+        return np.asarray(self.color + ((1 - self.alpha) * self.shade)[..., None] * background, np.float32)
+
+    def rgba(self) -> ByteArray:
+        """(H, W, 4) uint8, sRGB with straight alpha; laid over a picture by the usual blend of sRGB values the shadow is right."""
+        shadow = (1 - self.alpha) * (1 - linear_to_srgb(self.shade))
+        opacity = self.alpha + shadow
+        straight = self.color / np.maximum(opacity, 1e-4)[..., None]
+        return np.concatenate([to_bytes(linear_to_srgb(straight)), to_bytes(opacity)[..., None]], axis=-1)
 
 
 def denoise(layers: Layers) -> FloatArray:
@@ -68,11 +92,13 @@ class Renderer:
         Mitsuba's material, with "surface" where the surface's colours go; None: diffuse.
     extra : dict or None
         More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
+    backdrop : (H, W, 3) uint8 or None
+        The sRGB picture for the background "image"; its middle is shown, scaled to fill the frame.
 
     Raises
     ------
     InputError
-        The surface has no faces.
+        The surface has no faces, or the background is "image" and there is none.
     """
 
     def __init__(
@@ -83,9 +109,11 @@ class Renderer:
         *,
         bsdf: dict[str, Any] | None = None,
         extra: dict[str, Any] | None = None,
+        backdrop: ByteArray | None = None,
     ) -> None:
         if len(surface.faces) == 0:
             raise InputError("the surface has no faces to render")
+        self._behind = _behind(settings, backdrop)
         self.settings, self.scene_settings = settings, scene
         self._count = len(surface.vertices)
         self._surface = surface
@@ -93,30 +121,27 @@ class Renderer:
         self.variant: str = mi.variant()
         self._mesh = render_mesh(surface)
         objects = stage(mi, scene) | (extra or {})
-        stage_scene = mi.load_dict(
-            {
-                "type": "scene",
-                "person": mesh_object(mi, self._mesh, surface, bsdf=bsdf),
-                **{name: value for name, value in objects.items() if value is not None},
-                "sensor": self._sensor(),
-            }
-        )
+        self._objects = objects
         self._color = mi.load_dict({"type": "path", "max_depth": scene.bounces + 1, "rr_depth": 64, "hide_emitters": True})
         # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
-        self._main = _Shown(stage_scene, mi.traverse(stage_scene))
+        self._main = self._scene(mi, {"person": mesh_object(mi, self._mesh, surface, bsdf=bsdf), **objects})
         self._alone: _Shown | None = None
+        self._holdout: _Shown | None = None
+        self._empty: _Shown | None = None
+        self._ground: FloatArray | None = None
         self._backdrop = srgb_to_linear(np.array(scene.background))
 
     def layers(self, vertices: FloatArray, camera: ViewCamera, *, spp: int | None = None, seed: int | None = None) -> Layers:
         """Trace one picture without denoising (`spp`, `seed`: other than the settings')."""
         mi = activate(self.variant, self.settings.threads)
-        self._show(mi, self._main, np.asarray(vertices, np.float32), camera)
-        samples = self.settings.spp if spp is None else spp
-        chosen = self.settings.seed if seed is None else seed
-        color = np.array(mi.render(self._main.scene, integrator=self._color, spp=samples, seed=chosen), np.float32)
+        self._show(mi, self._main, camera, np.asarray(vertices, np.float32))
+        return self._trace(mi, self._main, self.settings.spp if spp is None else spp, self.settings.seed if seed is None else seed)
+
+    def _trace(self, mi: Any, shown: _Shown, samples: int, seed: int) -> Layers:
+        color = np.array(mi.render(shown.scene, integrator=self._color, spp=samples, seed=seed), np.float32)
         samples = 4 if self.variant.startswith("scalar") else max(samples, 4)  # there, this pass is as slow as the other
-        guide = np.array(mi.render(self._main.scene, integrator=self._guide, spp=samples, seed=chosen), np.float32)
+        guide = np.array(mi.render(shown.scene, integrator=self._guide, spp=samples, seed=seed), np.float32)
         missed = 1 - color[..., 3:]
         return Layers(
             color=color[..., :3] + missed * self._backdrop,
@@ -127,8 +152,49 @@ class Renderer:
 
     def linear(self, vertices: FloatArray, camera: ViewCamera) -> FloatArray:
         """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so."""
-        layers = self.layers(vertices, camera)
+        return self._finished(self.layers(vertices, camera))
+
+    def _finished(self, layers: Layers) -> FloatArray:
         return denoise(layers) if self.settings.denoise else layers.color
+
+    def cutout(self, vertices: FloatArray, camera: ViewCamera) -> Cutout:
+        """The person and the shadow it throws, without the stage.
+
+        The shadow is what the ground's picture loses when the person steps on it: the stage with the person over the stage
+        without. At the rim, where person and ground mix in a pixel, both are continued from the pixels beside it that show
+        one of them alone, so that no rim of the stage's colour stays.
+        """
+        whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
+        if self._empty is None or self._empty.camera != camera or self._ground is None:
+            mi = activate(self.variant, self.settings.threads)
+            if self._empty is None:
+                self._empty = self._scene(mi, self._objects)
+            self._show(mi, self._empty, camera)
+            self._ground = self._finished(self._trace(mi, self._empty, self.settings.spp, self.settings.seed))
+        luminance = np.array((0.2126, 0.7152, 0.0722), np.float32)
+        ratio = (whole @ luminance) / np.maximum(self._ground @ luminance, 1e-4)
+        ratio = np.clip(ratio / (1 - _SHADOW_FLOOR), 0, 1)  # what is left of the renderer's noise is no shadow
+        shade = _continued(ratio, alpha == 0, 1.0)
+        color = _continued(whole, alpha > 0.98, np.maximum(whole - ((1 - alpha) * shade)[..., None] * self._ground, 0))
+        return Cutout(color=color * alpha[..., None], alpha=alpha, shade=shade)
+
+    def _covered(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 32) -> FloatArray:
+        """As `mask`, but what the ground hides does not count (a toe that sinks into it)."""
+        mi = activate(self.variant, self.settings.threads)
+        if self._holdout is None:  # a white person on black ground: the albedo is the mask
+            white, black = ({"type": "diffuse", "reflectance": {"type": "rgb", "value": [v, v, v]}} for v in (1.0, 0.0))
+            ground = {name: item | {"bsdf": black} for name, item in self._objects.items() if item is not None and "bsdf" in item}
+            self._holdout = self._scene(mi, {"person": mesh_object(mi, self._mesh, self._surface, bsdf=white), **ground})
+            self._albedo = mi.load_dict({"type": "aov", "aovs": "albedo:albedo"})
+        self._show(mi, self._holdout, camera, np.asarray(vertices, np.float32))
+        image = mi.render(self._holdout.scene, integrator=self._albedo, spp=samples, seed=self.settings.seed)
+        alpha = np.array(image, np.float32)[..., 0]
+        return np.clip(np.where(alpha < 1e-3, 0, alpha), 0, 1)
+
+    def _scene(self, mi: Any, objects: dict[str, Any]) -> _Shown:
+        kept = {name: value for name, value in objects.items() if value is not None}
+        scene = mi.load_dict({"type": "scene", **kept, "sensor": self._sensor()})
+        return _Shown(scene, mi.traverse(scene))
 
     def render(self, vertices: FloatArray, camera: ViewCamera) -> ByteArray:
         """One picture.
@@ -141,23 +207,24 @@ class Renderer:
 
         Returns
         -------
-        (size, size, 3) uint8, sRGB
+        (size, size, 3) uint8, sRGB; (size, size, 4) with straight alpha where the settings' background is "transparent".
 
         Raises
         ------
         InputError
             `vertices` has another shape than the surface's or holds NaN.
         """
-        return to_bytes(linear_to_srgb(self.linear(vertices, camera)))
+        if self.settings.background == "stage":
+            return to_bytes(linear_to_srgb(self.linear(vertices, camera)))
+        cut = self.cutout(vertices, camera)
+        return cut.rgba() if self._behind is None else to_bytes(linear_to_srgb(cut.over(self._behind)))
 
     def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:
         """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from `samples` rays a pixel."""
         mi = activate(self.variant, self.settings.threads)
         if self._alone is None:  # a scene of the person alone: its alpha channel is the mask
-            person = mesh_object(mi, self._mesh, self._surface)
-            scene = mi.load_dict({"type": "scene", "person": person, "sensor": self._sensor()})
-            self._alone = _Shown(scene, mi.traverse(scene))
-        self._show(mi, self._alone, np.asarray(vertices, np.float32), camera)
+            self._alone = self._scene(mi, {"person": mesh_object(mi, self._mesh, self._surface)})
+        self._show(mi, self._alone, camera, np.asarray(vertices, np.float32))
         image = mi.render(self._alone.scene, integrator=self._color, spp=samples, seed=self.settings.seed)
         return np.array(image, np.float32)[..., 3]
 
@@ -180,12 +247,12 @@ class Renderer:
             "sampler": {"type": "multijitter", "sample_count": self.settings.spp},
         }
 
-    def _show(self, mi: Any, shown: _Shown, vertices: FloatArray, camera: ViewCamera) -> None:
-        """Move the person and the camera of a scene, and only what differs from what it shows."""
-        if vertices.shape != (self._count, 3):
+    def _show(self, mi: Any, shown: _Shown, camera: ViewCamera, vertices: FloatArray | None = None) -> None:
+        """Move the person (where the scene has one) and the camera of a scene, and only what differs from what it shows."""
+        if vertices is not None and vertices.shape != (self._count, 3):
             raise InputError(f"the frame has vertices of shape {vertices.shape}; the surface has ({self._count}, 3)")
         parameters = shown.parameters
-        if shown.vertices is None or not np.array_equal(shown.vertices, vertices):
+        if vertices is not None and (shown.vertices is None or not np.array_equal(shown.vertices, vertices)):
             if not np.isfinite(vertices).all():
                 raise InputError("the frame's vertices hold NaN or infinite numbers; check the motion that moved them")
             parameters["person.vertex_positions"] = vertices[self._mesh.source].ravel()
@@ -200,7 +267,45 @@ class Renderer:
             if "spot.to_world" in parameters:
                 parameters["spot.to_world"] = _transform(mi, spot_matrix(camera.target, self.scene_settings))
         parameters.update()
-        shown.vertices, shown.camera = vertices.copy(), camera
+        shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
+
+
+_SHADOW_FLOOR = 0.02
+"""Shadows fainter than this fraction of the light count as noise (measured: see docs/rendering.md)."""
+
+
+def _continued(values: FloatArray, known: BoolArray, otherwise: FloatArray | float) -> FloatArray:
+    """`values` (H, W, ...) where `known`, elsewhere the mean of known ones within 1, 2 or 3 pixels, else `otherwise`."""
+    import cv2
+
+    shape = (*known.shape, *[1] * (values.ndim - 2))
+    weight = known.astype(np.float32)
+    filled = np.where(known.reshape(shape), values, otherwise).astype(np.float32)
+    masked = np.ascontiguousarray(values * weight.reshape(shape), np.float32)
+    missing = ~known
+    for width in (3, 5, 7):
+        near = cv2.blur(weight, (width, width))
+        use = missing & (near > 1e-3)
+        filled[use] = (cv2.blur(masked, (width, width))[use].T / near[use]).T
+        missing &= ~use
+    return filled
+
+
+def _behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray | None:
+    """What is behind a cutout: linear RGB (size, size, 3) or (3,), None for nothing."""
+    import cv2
+
+    if settings.background == "image":
+        if backdrop is None or backdrop.ndim != 3 or backdrop.shape[2] != 3 or backdrop.dtype != np.uint8:
+            raise InputError("the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop")
+        side = min(backdrop.shape[:2])
+        top, left = (backdrop.shape[0] - side) // 2, (backdrop.shape[1] - side) // 2
+        square = backdrop[top : top + side, left : left + side]
+        how = cv2.INTER_AREA if side > settings.size else cv2.INTER_CUBIC
+        return srgb_to_linear(cv2.resize(square, (settings.size, settings.size), interpolation=how) / np.float32(255))
+    if settings.background.startswith("#"):
+        return srgb_to_linear(np.array([int(settings.background[i : i + 2], 16) for i in (1, 3, 5)], np.float32) / 255)
+    return None
 
 
 def _transform(mi: Any, matrix: FloatArray) -> Any:

@@ -14,6 +14,8 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
   a2v video --photo me.jpg --action Walk,Jump --model cmu --frames 90 --out out/walk-jump
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
+  a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
+  a2v video --photo me.jpg --action Jump --camera cameras.yaml --background transparent --out out/cut
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
   a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
 
@@ -24,10 +26,8 @@ Run it again after an interruption: finished frames are remembered. Another acti
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from a2v.types import VIEWS, RenderSettings
-    from pipelines.inputs import add_photo_arguments, add_run_arguments, add_stage_arguments
+    from pipelines.inputs import add_photo_arguments, add_render_arguments, add_run_arguments, add_stage_arguments
 
-    look = RenderSettings()
     parser.add_argument("--out", required=True, help="folder for the results")
     parser.add_argument("--action", default="", help="what to do; several with commas follow each other (a2v actions lists them)")
     parser.add_argument("--model", default="cmu", help="motion model: cmu, humanact12 or an .onnx file")
@@ -37,19 +37,14 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument("--frames", type=int, default=60, help="frames of motion")
     parser.add_argument("--fps", type=float | None, default=None, help="resample the motion to this many frames a second (same duration)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the motion: another seed, another performance")
-    parser.add_argument("--views", default=",".join(VIEWS), help=f"of {', '.join(VIEWS)}")
-    parser.add_argument("--size", type=int, default=look.size, help="pixels a side")
-    parser.add_argument("--spp", type=int, default=look.spp, help="samples a pixel")
-    parser.add_argument("--denoise", type=bool, default=look.denoise, help="Open Image Denoise on every frame")
-    parser.add_argument("--variant", default=look.variant, help="Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb")
-    parser.add_argument("--render_seed", type=int, default=look.seed, help="seed of the renderer")
+    add_render_arguments(parser)
     parser.add_argument("--raw", action="store_true", help="leave the feet as the motion has them: no contact clean-up")
     parser.add_argument(
         "--from", dest="start", type=str | None, default=None, metavar="NODE", help="compute NODE and all that follows anew"
     )
     parser.add_argument("--only", type=str | None, default=None, metavar="NODE", help="stop at NODE and write its result")
     add_photo_arguments(parser)
-    add_stage_arguments(parser, ["perception", "fit", "shape", "color", "bind", "retarget"])
+    add_stage_arguments(parser, ["perception", "fit", "shape", "color", "bind", "retarget", "deform"])
     add_run_arguments(parser)
 
 
@@ -58,7 +53,7 @@ def run(settings: Any) -> int:
     import dataclasses
 
     from pipelines.graph import check_names, outputs_of, video_graph
-    from pipelines.inputs import check_writable, motion_inputs, photo_parameters, render_settings, stages_of
+    from pipelines.inputs import check_writable, motion_inputs, photo_parameters, render_parameters, stages_of
     from pipelines.outputs import write_node, write_results
     from pipelines.progress import Bars
     from pipelines.report import make_report, table
@@ -71,12 +66,15 @@ def run(settings: Any) -> int:
     stages = stages_of(settings)
     if settings.raw:
         stages["retarget"] = dataclasses.replace(stages["retarget"], raw=True)
-    params = {"render": render_settings(settings)} | motion_inputs(
+    params = render_parameters(store, settings) | motion_inputs(
         **{name: getattr(settings, name) for name in ("action", "model", "motion", "frames", "seed", "fps")}
     )
     params |= photo_parameters(store, settings.photo, mask=settings.mask, keypoints=settings.keypoints, **stages)
     out = check_writable(settings.out)
     targets = [settings.only] if settings.only else ["video", "clip", "glb", "bvh", "motion", "subject"]
+    transparent = params["render"].background == "transparent"
+    if transparent and not settings.only:
+        targets.append("frame")
     bars = Bars(quiet=settings.quiet)
     try:
         outcome = run_graph(
@@ -96,7 +94,9 @@ def run(settings: Any) -> int:
         written = write_node(outcome, settings.only, out, params["render"].views)
     else:
         written = write_results(outcome, out, params["render"].views)
-    inputs = {name: value for name in ("photo", "mask", "keypoints", "motion") if (value := getattr(settings, name)) is not None}
+        if transparent:  # an MP4 has no alpha channel
+            written += write_node(outcome, "frame", out, params["render"].views)
+    inputs = {name: value for name in ("photo", "mask", "keypoints", "motion", "camera") if (value := getattr(settings, name)) is not None}
     if settings.motion is None:
         inputs["model"] = params["model"].path
     report = make_report(outcome, command="video", parameters=described(settings, params), inputs=inputs, outputs=written)
@@ -119,6 +119,8 @@ def described(settings: Any, params: dict[str, Any]) -> dict[str, Any]:
     names = ("action", "model", "motion", "frames", "fps", "seed", "executor", "workers", "start", "only")
     flat = {name: getattr(settings, name) for name in names}
     stages = {
-        name: value for name, value in params.items() if name in ("perception", "fit", "shape", "color", "bind", "retarget", "render")
+        name: value
+        for name, value in params.items()
+        if name in ("perception", "fit", "shape", "color", "bind", "retarget", "deform", "render", "cameras")
     }
     return {**flat, "photo": Path(settings.photo).name, **stages}

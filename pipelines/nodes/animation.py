@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
-from a2v.animation import BindSettings, RetargetSettings
-from a2v.types import Body, Character, Motion, Surface
+from a2v.animation import BindSettings, DeformSettings, RetargetSettings
+from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.memo import memo
 from pipelines.nodes.values import Pose, Poses, Vertices
 from pipelines.store import Ref, current, get, put
@@ -35,11 +36,21 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
 
 
 @memo(uses=("animation",))
-def posed(character: Ref[Character], pose: Ref[Pose]) -> Ref[Vertices]:
+def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
     """Deform the character to one pose (Eq. 20)."""
-    from a2v.animation import deform
+    deformed = _deformer(str(current().folder), character, deform)
+    return put(Vertices(vertices=deformed(get(pose, Pose).bone_transforms)))
 
-    return put(Vertices(vertices=deform(load_character(str(current().folder), character), get(pose, Pose).bone_transforms)))
+
+@functools.lru_cache(maxsize=1)
+def _deformer(folder: str, ref: Ref[Character], settings: DeformSettings) -> Callable[[FloatArray], FloatArray]:
+    """The factored character, kept for the frames that follow in the same process."""
+    from a2v import animation
+
+    character = load_character(folder, ref)
+    if settings.method == "skinning":
+        return functools.partial(animation.deform, character)
+    return animation.ArapDeformer(character, settings)
 
 
 @functools.lru_cache(maxsize=1)

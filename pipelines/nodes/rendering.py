@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from a2v.rendering.camera import ViewCamera
+from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.types import VIEWS, Character, RenderSettings
 from pipelines.memo import memo, note
 from pipelines.nodes.animation import load_character
@@ -34,36 +34,46 @@ def look(render: RenderSettings) -> Ref[RenderSettings]:
 
 
 @memo(uses=("rendering",))
-def camera(posed: np.ndarray, render: RenderSettings) -> np.ndarray:
+def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath, ...]) -> np.ndarray:
     """The cameras of every frame and view; they follow the character."""
     from a2v.rendering import follow_cameras
 
     clouds = [get(ref, Vertices).vertices for ref in posed]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
-    tracks = follow_cameras(bounds, dataclasses.replace(render, views=VIEWS))  # the same cameras whichever views are asked for
-    cameras = np.empty((len(clouds), len(render.views)), dtype=object)
+    wanted = (*VIEWS, *(view for view in render.views if view not in VIEWS))  # the four are the same whichever of them are asked for
+    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras)
+    found = np.empty((len(clouds), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
-            cameras[t, c] = put(one)
-    return cameras
+            found[t, c] = put(one)
+    return found
 
 
-@memo(uses=("rendering",))
-def frame(character: Ref[Character], posed: Ref[Vertices], camera: Ref[ViewCamera], look: Ref[RenderSettings]) -> Ref[Image]:
+@memo(uses=("rendering", "perception.photo"))
+def frame(
+    character: Ref[Character],
+    posed: Ref[Vertices],
+    camera: Ref[ViewCamera],
+    look: Ref[RenderSettings],
+    backdrop: Ref[Blob] | None,
+) -> Ref[Image]:
     """Render one frame of one view."""
-    renderer = _renderer(str(current().folder), character, look)
+    renderer = _renderer(str(current().folder), character, look, backdrop)
     return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(camera, ViewCamera))))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings]) -> Any:
+def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
+    from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
     from pipelines.store import Store
 
     settings = Store(folder).get(look, RenderSettings)
     threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
-    return Renderer(load_character(folder, character).surface, dataclasses.replace(settings, threads=threads))
+    picture = None if backdrop is None else decode_photo(bytes(Store(folder).get(backdrop, Blob)), "the background")[..., :3]
+    surface = load_character(folder, character).surface
+    return Renderer(surface, dataclasses.replace(settings, threads=threads), backdrop=picture)
 
 
 @memo(uses=("rendering.video",))

@@ -96,7 +96,7 @@ class Image(Record):
 
     @classmethod
     def of(cls, pixels: ByteArray) -> Image:
-        """Compress pixels (H, W, 3) uint8."""
+        """Compress pixels (H, W, 3) or (H, W, 4) uint8."""
         import PIL.Image
 
         buffer = io.BytesIO()
@@ -105,7 +105,10 @@ class Image(Record):
 
     @property
     def pixels(self) -> ByteArray:
-        """The frame, (H, W, 3) uint8 sRGB."""
+        """The frame, (H, W, 3) uint8 sRGB; what is transparent shows light grey (videos have no alpha channel)."""
         import PIL.Image
 
-        return np.asarray(PIL.Image.open(io.BytesIO(self.png.tobytes())).convert("RGB"))
+        image: PIL.Image.Image = PIL.Image.open(io.BytesIO(self.png.tobytes()))
+        if image.mode == "RGBA":
+            image = PIL.Image.alpha_composite(PIL.Image.new("RGBA", image.size, (200, 203, 206, 255)), image)
+        return np.asarray(image.convert("RGB"))

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.rendering import ViewCamera, follow_cameras
+from a2v.rendering import CameraPath, ViewCamera, follow_cameras, read_cameras
 from a2v.types import VIEWS, RenderSettings
 
 
@@ -95,3 +97,111 @@ def test_camera_round_trip(tmp_path) -> None:  # type: ignore[no-untyped-def]
     camera = ViewCamera(origin=(0.1, 1, 4), target=(0, 1, 0), fov=33)
     camera.save(tmp_path / "camera.npz")
     assert ViewCamera.load(tmp_path / "camera.npz") == camera
+
+
+# ---- cameras of one's own
+
+
+def turned(path: CameraPath, **more: object) -> tuple[ViewCamera, ...]:
+    settings = RenderSettings(views=(path.name,))
+    return follow_cameras(walker(), settings, cameras=(path,), **more)[path.name]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "path", [CameraPath(name="high", azimuth=30, elevation=50, fov=20), CameraPath(name="dolly", turn=360, elevation=-8, fov=60)]
+)
+def test_a_camera_of_ones_own_sees_the_whole_body_from_its_side(path: CameraPath) -> None:
+    cameras, track = turned(path, margin=0.05), walker()
+    worst = 0.0
+    for frame, camera in enumerate(cameras):
+        worst = max(worst, float(np.abs(camera.project(track[frame], 512) - 256).max()))
+        toward = camera.axes[2]
+        angle = np.degrees(np.arctan2(toward[0], toward[2]))
+        assert np.cos(np.radians(angle - path.azimuth - path.turn * frame / len(cameras))) == pytest.approx(1, abs=1e-9)
+        assert np.degrees(np.arcsin(toward[1])) == pytest.approx(path.elevation, abs=1e-6)
+    assert worst == pytest.approx(0.45 * 512, abs=1e-3)
+    assert len({round(float(np.linalg.norm(np.subtract(c.origin, c.target))), 9) for c in cameras}) == 1
+
+
+def test_a_turntable_goes_around_once_and_closes() -> None:
+    still = np.repeat(walker()[:1], 12, axis=0)
+    cameras = follow_cameras(still, RenderSettings(views=("turntable",)))["turntable"]
+    around = np.unwrap([np.arctan2(camera.axes[2, 0], camera.axes[2, 2]) for camera in cameras])
+    np.testing.assert_allclose(np.diff(around), 2 * np.pi / 12, atol=1e-9)  # the thirteenth would be the first
+    assert {camera.target for camera in cameras} == {cameras[0].target}
+
+
+def test_cameras_that_stand_still() -> None:
+    fixed = turned(CameraPath(name="tripod", origin=(2, 1.5, 3), target=(0, 1, 0), fov=40))
+    assert set(fixed) == {ViewCamera(origin=(2, 1.5, 3), target=(0, 1, 0), fov=40)}
+    panning = turned(CameraPath(name="pan", origin=(2, 1.5, 3)))
+    assert {camera.origin for camera in panning} == {(2, 1.5, 3)}
+    assert panning[-1].target[2] - panning[0].target[2] > 1.8
+    wide = turned(CameraPath(name="wide", follow=False))
+    assert len(set(wide)) == 1
+    track = walker()
+    pixels = wide[0].project(track, 512)
+    assert pixels.min() >= 0
+    assert pixels.max() <= 512
+    near = turned(CameraPath(name="near", distance=2.5))[5]
+    assert np.linalg.norm(np.subtract(near.origin, near.target)) == pytest.approx(2.5)
+
+
+def test_a_camera_beside_the_four_leaves_them_alone() -> None:
+    path = CameraPath(name="hero", azimuth=30, fov=20)
+    with_hero = follow_cameras(walker(), RenderSettings(views=("left", "hero")), cameras=(path,))
+    assert list(with_hero) == ["left", "hero"]
+    assert with_hero["left"] == follow_cameras(walker(), RenderSettings(views=("left",)))["left"]
+
+
+def test_camera_files_read(tmp_path: Path) -> None:
+    file = tmp_path / "cameras.yaml"
+    file.write_text(
+        "hero: {azimuth: 30, elevation: 12.5}\nwide: {follow: false}\ntripod: {origin: [2, 1.5, 3], target: [0, 0.9, 0], fov: 40}\nplain:\n"
+    )
+    assert read_cameras(file) == (
+        CameraPath(name="hero", azimuth=30, elevation=12.5),
+        CameraPath(name="wide", follow=False),
+        CameraPath(name="tripod", origin=(2, 1.5, 3), target=(0, 0.9, 0), fov=40),
+        CameraPath(name="plain"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no cameras"),
+        ("- a\n- b\n", "no cameras"),
+        ("hero: [1, 2]\n", "camera 'hero' is no mapping"),
+        ("hero: {azimut: 3}\n", "did you mean azimuth"),
+        ("hero: {azimuth: left}\n", "azimuth of camera 'hero' is 'left'; expected a number"),
+        ("hero: {azimuth: .nan}\n", "not finite"),
+        ("hero: {follow: 1}\n", "true or false"),
+        ("hero: {origin: [1, 2]}\n", "three numbers"),
+        ("hero: {target: [1, 2, 3]}\n", "no origin"),
+        ("hero: {origin: [1, 2, 3], azimuth: 3}\n", "leave out azimuth"),
+        ("hero: {elevation: 90}\n", "elevation"),
+        ("hero: {distance: 0}\n", "distance 0"),
+        ("front: {azimuth: 3}\n", "always there"),
+        ("'../up': {azimuth: 3}\n", "names no camera"),
+        ("hero: !!python/object/apply:os.system [true]\n", "no YAML"),
+        ("hero: {azimuth: 3\n", "no YAML"),
+        ("x" * 70000, "larger than 64 kB"),
+    ],
+)
+def test_bad_camera_files_are_explained(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "cameras.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=words) as caught:
+        read_cameras(file)
+    assert str(file) in str(caught.value)
+    with pytest.raises(InputError, match=r"missing\.yaml"):
+        read_cameras(tmp_path / "missing.yaml")
+
+
+def test_views_that_nothing_defines_are_named() -> None:
+    with pytest.raises(InputError, match=r"unknown view 'top'; choose from front, .*turntable, hero"):
+        follow_cameras(walker(), RenderSettings(views=("top",)), cameras=(CameraPath(name="hero"),))
+    for views, words in (((), "no view"), (("a b",), "names no view"), (("front", "front"), "twice")):
+        with pytest.raises(InputError, match=words):
+            RenderSettings(views=views)

@@ -223,3 +223,86 @@ def test_odd_scenes_are_named() -> None:
         SceneSettings(sun_direction=(1, -1, 0))
     with pytest.raises(InputError, match="background"):
         SceneSettings(background=(2, 0, 0))
+
+
+# ---- backgrounds
+
+
+def with_background(name: str) -> RenderSettings:
+    return dataclasses.replace(SETTINGS, background=name)
+
+
+@pytest.fixture(scope="module")
+def camera(surface: Surface) -> ViewCamera:
+    return follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
+
+
+@pytest.fixture(scope="module")
+def cut(surface: Surface, camera: ViewCamera) -> tuple[np.ndarray, np.ndarray]:
+    """The transparent frame and the person's mask."""
+    renderer = Renderer(surface, with_background("transparent"))
+    return renderer.render(surface.vertices, camera), renderer.mask(surface.vertices, camera)
+
+
+def test_a_transparent_frame_holds_the_person_and_its_shadow_alone(
+    surface: Surface, renderer: Renderer, camera: ViewCamera, cut: tuple[np.ndarray, np.ndarray]
+) -> None:
+    rgba, mask = cut
+    assert rgba.shape == (96, 96, 4)
+    inside, outside = mask == 1, mask == 0
+    assert (rgba[inside, 3] == 255).all()
+    whole = renderer.render(surface.vertices, camera)
+    assert np.abs(rgba[inside, :3].astype(int) - whole[inside]).max() <= 1
+    sky = outside.copy()
+    sky[50:] = False
+    assert (rgba[sky, 3] == 0).all()
+    shadow = outside & (rgba[..., 3] > 40)
+    assert shadow.mean() > 0.005
+    assert rgba[shadow, :3].max() < 20  # black, thinner or denser
+    rim = (mask > 0.05) & (mask < 0.95)
+    np.testing.assert_allclose(rgba[rim, 3] / 255, mask[rim], atol=0.25)
+
+
+def test_the_rim_keeps_nothing_of_the_stage(cut: tuple[np.ndarray, np.ndarray]) -> None:
+    """Laid over black, a rim pixel is as dark as its share of red and blue: the stage's grey is gone (its green channel tells)."""
+    rgba, mask = cut
+    above = slice(0, 60)  # the ground's shadow is below
+    rim = (mask[above] > 0.05) & (mask[above] < 0.95)
+    assert rim.sum() > 20
+    laid = rgba[above][rim] / 255
+    green = laid[:, 1] * laid[:, 3]
+    inner = (rgba[above][mask[above] == 1, 1] / 255).max()
+    assert green.max() <= inner + 0.02
+
+
+def test_a_colour_and_a_picture_stand_behind_the_person(surface: Surface, camera: ViewCamera, cut: tuple[np.ndarray, np.ndarray]) -> None:
+    rgba, mask = cut
+    flat = Renderer(surface, with_background("#204060")).render(surface.vertices, camera)
+    clear = (mask == 0) & (rgba[..., 3] == 0)
+    assert (flat[clear] == (0x20, 0x40, 0x60)).all()
+    picture = np.zeros((60, 120, 3), np.uint8)
+    picture[:, 30:60], picture[:, 60:90] = (200, 0, 0), (0, 200, 0)  # the middle square is what is shown
+    shown = Renderer(surface, with_background("image"), backdrop=picture).render(surface.vertices, camera)
+    for half, color in ((slice(0, 44), (200, 0, 0)), (slice(52, 96), (0, 200, 0))):
+        assert np.abs(shown[:, half][clear[:, half]].astype(int) - color).max() <= 2
+    inside = mask == 1
+    assert np.abs(shown[inside].astype(int) - flat[inside]).max() <= 1  # the light on the person is the stage's
+    shadow = (mask == 0) & (rgba[..., 3] > 40)
+    assert (flat[shadow].sum(axis=1) < 0x20 + 0x40 + 0x60).all()
+
+
+def test_what_the_ground_hides_is_hidden_in_a_cutout_too(surface: Surface, camera: ViewCamera) -> None:
+    sunk = surface.vertices - np.float32([0, 0.5, 0])
+    renderer = Renderer(surface, with_background("transparent"))
+    cutout, mask = renderer.cutout(sunk, camera), renderer.mask(sunk, camera)
+    assert mask.sum() > cutout.alpha.sum() + 100  # the mask is the whole person's
+    rows = np.flatnonzero(cutout.alpha.max(axis=1) > 0.5)
+    foot = camera.project(np.array([0, 0, 0.15]), 96)[1]
+    assert rows.max() == pytest.approx(foot, abs=1.5)
+
+
+def test_backgrounds_that_cannot_be_used_are_named(surface: Surface) -> None:
+    with pytest.raises(InputError, match="no picture"):
+        Renderer(surface, with_background("image"))
+    with pytest.raises(InputError, match="background is 'red'"):
+        with_background("red")

@@ -167,8 +167,8 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
             raise InputError(f"{path}: camera '{name}' is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}")
-        if name in VIEWS or name == TURNTABLE.name:
-            raise InputError(f"{path}: '{name}' is a view that is always there; choose another name")
+        if name in VIEWS or name in (TURNTABLE.name, "video"):  # files are named so
+            raise InputError(f"{path}: the name '{name}' is taken; choose another one")
         values: dict[str, Any] = {}
         for key, value in (given or {}).items():
             if key not in kinds:

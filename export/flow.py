@@ -27,6 +27,8 @@ from export.motion import OPSET, describe_data
 FORMAT = "a2v-flow/1"
 STEPS = 12
 """Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
+GUIDANCE = 1.5
+"""How far velocities are pushed towards the action (docs/motion.md)."""
 SMALLEST_HALF = 1024
 """Weights of at least this many numbers are stored as float16."""
 FADE_FRAMES = 10
@@ -43,10 +45,10 @@ class WindowGraph(nn.Module):
     fade: Tensor
     path: Tensor
 
-    def __init__(self, model: FlowModel, skeleton: Skeleton, metres_per_unit: float, steps: int) -> None:
+    def __init__(self, model: FlowModel, skeleton: Skeleton, metres_per_unit: float, steps: int, guidance: float) -> None:
         super().__init__()
         codec = model.codec
-        self.network, self.skeleton, self.steps = model.network, skeleton, steps
+        self.network, self.skeleton, self.steps, self.guidance = model.network, skeleton, steps, guidance
         self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, metres_per_unit
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
@@ -84,7 +86,9 @@ class WindowGraph(nn.Module):
         given = self.features((context - context[:, :1, :1]) / self.metres_per_unit)
         code = (given.flatten(1) - self.context_mean) @ self.context_basis
         condition = self.network.condition(actions, active, code, has_context)
-        window = self.network.integrate(noise, condition, steps=self.steps)
+        nothing = torch.full_like(actions, self.network.n_actions)
+        without = self.network.condition(nothing, active, code, has_context)
+        window = self.network.integrate(noise, condition, without, steps=self.steps, guidance=self.guidance)
         features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
         # the given frames exactly, then a fade of what the window missed at the last of them
         missed = given - features[:, : self.context_frames]
@@ -133,6 +137,7 @@ def export_flow(
     licence: str,
     extra: Mapping[str, Any] | None = None,
     steps: int = STEPS,
+    guidance: float = GUIDANCE,
 ) -> None:
     """Write the ONNX file of `model`, whose weights are rounded to float16 in place.
 
@@ -148,10 +153,12 @@ def export_flow(
         More metadata; must be JSON.
     steps : int
         Midpoint steps of the integration.
+    guidance : float
+        See `FlowNetwork.guided`.
     """
     codec, settings = model.codec, model.network.settings
     joints = dataset.skeleton.n_joints
-    graph = WindowGraph(model, dataset.skeleton, dataset.frame.metres_per_unit, steps).cpu().eval()
+    graph = WindowGraph(model, dataset.skeleton, dataset.frame.metres_per_unit, steps, guidance).cpu().eval()
     round_to_half(graph)
     arguments = (
         torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),

@@ -59,7 +59,7 @@ class SurveySettings:
 
     preference: int = 12
     real_or_fake: int = 24
-    size: int = 208
+    size: int = 256
     seed: int = 0
     title: str = "Which motion looks right?"
 
@@ -344,6 +344,8 @@ def _read_json(path: str | os.PathLike[str], limit: int, what: str) -> dict[str,
         if source.stat().st_size > limit:
             raise InputError(f"{source} is larger than {limit >> 20} MiB; expected {what}")
         content = json.loads(source.read_text(encoding="utf-8"))
+    except InputError:  # which is a ValueError
+        raise
     except FileNotFoundError:
         raise InputError(f"{source} does not exist; expected {what}") from None
     except OSError as error:

@@ -20,15 +20,13 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset
 from a2v.io import atomic_path
 from a2v.kinematics import Skeleton, inverse_kinematics
-from a2v.motion.flow import FlowModel
+from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT
 from export.motion import OPSET, describe_data
 
 FORMAT = "a2v-flow/1"
 STEPS = 12
 """Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
-GUIDANCE = 1.5
-"""How far velocities are pushed towards the action (docs/motion.md)."""
 SMALLEST_HALF = 1024
 """Weights of at least this many numbers are stored as float16."""
 FADE_FRAMES = 10

@@ -1,6 +1,6 @@
 """Contact sheets to be looked at, into an ignored folder: each photo beside its character from all sides, and in motion.
 
-    python scripts/make_sheets.py [NAME ...] [--out sheets] [--frames 4] [--size 320] [--docs]
+    python scripts/make_sheets.py [NAME ...] [--out sheets] [--action Walk] [--frames 4] [--size 320] [--docs]
 
 NAME is a photo's file name without suffix, or an avatar's; by default the sample, the photos of ``$A2V_DATA/photos`` and six avatars of
 ``$A2V_DATA/avatars`` photographed here. `--docs` also writes the sample's sheet to ``docs/images/sample_sheet.jpg``.
@@ -17,12 +17,13 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from a2v.animation import deform
 from a2v.io import atomic_path
 from a2v.reconstruction import surface_sheet
-from a2v.rendering import contact_sheet
-from a2v.types import RenderSettings, Subject, Surface
+from a2v.rendering import Renderer, contact_sheet, follow_cameras
+from a2v.types import Character, RenderSettings, Subject, Surface
 from pipelines.inputs import video_parameters
-from pipelines.nodes.values import Image as Frame
+from pipelines.nodes.values import Poses
 from pipelines.progress import Bars
 from pipelines.run import run
 from pipelines.store import Store
@@ -50,30 +51,31 @@ def photographed(avatar: Path, folder: Path) -> Path:
     return path
 
 
-def sheet(photo: Path, *, model: str, action: str, frames: int, size: int) -> np.ndarray:
+def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size: int) -> np.ndarray:
     """The photo's crop, the surface from all sides, and frames of the action in four views."""
-    store, render = Store(), RenderSettings(size=size)
-    parameters = video_parameters(store, photo, action, model=model, frames=12 * (frames - 1) + 1, render=render)
+    store = Store()
+    parameters = video_parameters(store, photo, action, model=model, frames=24 * (frames - 1) + 1, seed=seed)
     bars = Bars()
     outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
-    still = surface_sheet(outcome.get("colored", Surface))
-    subject = outcome.get("subject", Subject)
-    moving = run("frame", store=store, progress=bars, **parameters)
     bars.close()
     for text in outcome.notes:
         print(f"{photo.stem}: {text}", file=sys.stderr)
-    grid = moving.values["frame"]
-    picks = [store.get(grid[t, c], Frame).pixels for c in range(grid.shape[1]) for t in np.linspace(0, len(grid) - 1, frames).astype(int)]
+    still = surface_sheet(outcome.get("colored", Surface))
+    subject, character = outcome.get("subject", Subject), outcome.get("character", Character)
+    transforms = outcome.get("poses", Poses).bone_transforms
+    # only what is shown is rendered
+    shown = [deform(character, transforms[t]) for t in np.linspace(0, len(transforms) - 1, frames).astype(int)]
+    settings = RenderSettings(size=size)
+    tracks = follow_cameras(np.stack([[points.min(0), points.max(0)] for points in shown]), settings, smoothing=0.0)
+    renderer = Renderer(character.surface, settings)
+    picks = [renderer.render(points, camera) for view in settings.views for points, camera in zip(shown, tracks[view], strict=True)]
     actions = contact_sheet(picks, cols=2 * frames)  # two views a row
     crop = Image.fromarray(subject.image)
     crop = crop.resize((round(crop.width * still.shape[0] / crop.height), still.shape[0]), Image.Resampling.LANCZOS)
     above = np.hstack([np.asarray(crop), still])
     below = Image.fromarray(actions)
-    below.thumbnail(above.shape[1::-1])
-    canvas = np.full((above.shape[0] + below.height, above.shape[1], 3), 255, np.uint8)
-    canvas[: above.shape[0]] = above
-    canvas[above.shape[0] :, : below.width] = np.asarray(below)
-    return canvas
+    below = below.resize((above.shape[1], round(below.height * above.shape[1] / below.width)), Image.Resampling.LANCZOS)
+    return np.vstack([above, np.asarray(below)])
 
 
 def main() -> int:
@@ -83,7 +85,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "sheets")
     parser.add_argument("--model", default="cmu")
     parser.add_argument("--action", default="Walk")
-    parser.add_argument("--frames", type=int, default=4, help="frames shown, a second apart")
+    parser.add_argument("--frames", type=int, default=5, help="frames shown, two seconds apart at 12 fps")
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=int, default=320)
     parser.add_argument("--docs", action="store_true")
     given = parser.parse_args()
@@ -94,8 +97,10 @@ def main() -> int:
     for name in given.names or known:
         path = known[name]
         photo = photographed(path, given.out) if path.suffix == ".glb" else path
-        picture = Image.fromarray(sheet(photo, model=given.model, action=given.action, frames=given.frames, size=given.size))
-        target = given.out / f"{name}.png"
+        picture = Image.fromarray(
+            sheet(photo, model=given.model, action=given.action, frames=given.frames, seed=given.seed, size=given.size)
+        )
+        target = given.out / (f"{name}.png" if given.action == "Walk" else f"{name}_{given.action.lower()}.png")
         with atomic_path(target) as temporary:
             picture.save(temporary)
         print(target)

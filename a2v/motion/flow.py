@@ -25,6 +25,9 @@ from a2v.io import atomic_path
 from a2v.motion.training import choose_device
 from a2v.motion.windows import WindowCodec, window_features
 
+GUIDANCE = 1.5
+"""How far velocities are pushed towards the action when nothing else is asked for (docs/motion.md)."""
+
 
 @dataclass(frozen=True)
 class FlowSettings:

@@ -25,7 +25,7 @@ The same command resumes a run that was stopped. CUDA is used where there is one
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
     from a2v.evaluation.training import ClassifierSettings
-    from a2v.motion.flow import FlowSettings
+    from a2v.motion.flow import GUIDANCE, FlowSettings
     from a2v.motion.networks import VAESettings
     from a2v.motion.training import TrainSettings
     from pipelines.motion_data import add_dataset_arguments
@@ -41,6 +41,9 @@ def add_arguments(parser: Any) -> None:
     )
     parser.add_argument("--licence", default="see the data set's licence", help="licence of the weights, kept in the exported file")
     parser.add_class_arguments(TrainSettings, None)
+    parser.add_argument(
+        "--guidance", type=float, default=GUIDANCE, help="how far the exported flow is pushed towards the action; 1: not (train flow)"
+    )
     parser.add_argument("--flow", type=FlowSettings, default=FlowSettings(), help="the window flow (train flow)")
     parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network (train motion)")
     parser.add_argument("--classifier", type=ClassifierSettings, default=ClassifierSettings(), help="the classifier (train classifier)")
@@ -109,7 +112,8 @@ def _train_flow(settings: Any) -> int:
             bar.set_postfix(loss=f"{row['loss']:.4f}")
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
-    export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra={"training": vars(chosen)} | unseen)
+    extra = {"training": vars(chosen), "guidance": settings.guidance} | unseen
+    export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra=extra, guidance=settings.guidance)
     print(out / "motion.onnx")
     return 0
 

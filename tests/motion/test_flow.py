@@ -12,10 +12,10 @@ from a2v.datasets import ClipSampler
 from a2v.errors import InputError
 from a2v.kinematics import bone_lengths
 from a2v.motion import MotionModel
-from a2v.motion.flow import FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
+from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
 from a2v.motion.windows import LinearCode, WindowCodec, window_features
 from export import sample as sample_script
-from export.flow import GUIDANCE, WindowGraph, export_flow, round_to_half
+from export.flow import WindowGraph, export_flow, round_to_half
 from tests.motion.test_training import waving
 
 SMALL = FlowSettings(

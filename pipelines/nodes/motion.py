@@ -9,7 +9,7 @@ from pipelines.memo import memo
 from pipelines.store import File, Ref, put
 
 
-@memo(uses=("motion", "kinematics", "animation.resample"))
+@memo(uses=("motion", "kinematics", "animation.resample", "animation.names"))
 def motion(model: File, action: str, frames: int, seed: int, fps: float | None) -> Ref[Motion]:
     """Sample a motion model; a comma between actions makes a transition. `fps` resamples it to a smoother or coarser one."""
     from a2v.animation.resample import resample_motion

@@ -1,0 +1,149 @@
+"""``a2v motion``: the papers' applications and native joints on the command line, on the shipped models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from a2v.animation import read_motion
+from a2v.errors import InputError
+from a2v.io import read_npz
+from a2v.kinematics import bone_lengths
+from a2v.motion import MotionModel
+from a2v.types import Motion
+from pipelines.cli import main
+from pipelines.commands.motion import bone_scale
+
+
+def motion(*arguments: object, code: int = 0) -> None:
+    assert main(["motion", *(str(argument) for argument in arguments)]) == code
+
+
+@pytest.fixture(scope="module")
+def start(tmp_path_factory):
+    """A clip of nine frames and its path, as .npz and as .bvh."""
+    folder = tmp_path_factory.mktemp("start")
+    motion("--action", "Walk", "--frames", 9, "--out", folder / "start.npz")
+    motion("--action", "Walk", "--frames", 9, "--out", folder / "start.bvh")
+    return folder / "start"
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".bvh"])
+def test_futures_of_a_file(start, tmp_path, suffix):
+    path = start.with_suffix(suffix)
+    motion("--action", "Walk", "--start", path, "--start_frames", 6, "--count", 2, "--frames", 20, "--out", tmp_path / "f.npz")
+    made, given = Motion.load(tmp_path / "f.npz"), read_motion(path)
+    assert made.joints.shape == (2, 20, 20, 3)
+    assert np.abs(made.joints[:, :6] - given.joints[:6]).max() < 1e-3
+    assert np.abs(made.joints[0] - made.joints[1]).max() > 0.01
+
+
+def test_rows_between_two_motions(tmp_path):
+    motion("--action", "Jump", "--interpolate", 4, "--seed", 2, "--to_seed", 9, "--frames", 10, "--out", tmp_path / "i.npz")
+    made, model = Motion.load(tmp_path / "i.npz"), MotionModel.load("cmu")
+    for row, seed in ((0, 2), (3, 9)):
+        assert np.allclose(made.joints[row], model.sample("Jump", frames=10, seed=seed).joints, atol=1e-6)
+
+
+def test_one_clip_of_every_action_that_matches(tmp_path):
+    motion("--model", "humanact12", "--action", "w*,sit", "--frames", 8, "--out", tmp_path / "k.npz")
+    made = Motion.load(tmp_path / "k.npz")
+    assert made.action == "warm_up|walk|sit"
+    assert made.batch == (3,)
+
+
+def test_bodies(tmp_path, start):
+    model = MotionModel.load("cmu")
+    motion("--action", "Walk", "--frames", 5, "--bone_scale", "legs=1.5", "--out", tmp_path / "legs.npz")
+    tall = Motion.load(tmp_path / "legs.npz")
+    assert np.allclose(
+        bone_lengths(tall.joints, model.skeleton)[0] / model.metadata["metres_per_unit"], model.scaled_bones({"legs": 1.5}), atol=1e-5
+    )
+    motion("--action", "Jump", "--frames", 5, "--bones", tmp_path / "legs.npz", "--out", tmp_path / "own.npz")
+    own = Motion.load(tmp_path / "own.npz")
+    assert np.allclose(bone_lengths(own.joints, model.skeleton)[0], bone_lengths(tall.joints, model.skeleton)[0], atol=1e-4)
+    assert bone_scale("1.25") == 1.25
+    assert bone_scale("legs=1.5, left_elbow=2") == {"legs": 1.5, "left_elbow": 2.0}
+    for text in ("wide", "legs=", "legs", "legs=1,arms"):
+        with pytest.raises(InputError, match="expected a number"):
+            bone_scale(text)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".gif", ".mp4"])
+def test_pictures(tmp_path, suffix):
+    path = tmp_path / f"w{suffix}"
+    motion("--action", "Walk", "--frames", 6, "--count", 2, "--out", path)
+    assert path.stat().st_size > 1000
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--start", "none.npz"], "none.npz does not exist"),
+        (["--start_frames", 30, "--start", "START"], "start_frames is 30"),
+        (["--start", "START", "--frames", 9], "ask for more"),
+        (["--start", "START", "--interpolate", 3], "not both"),
+        (["--start", "START", "--bone_scale", 2], "bone_scale cannot be given with start"),
+        (["--interpolate", 1], "rows is 1"),
+        (["--bone_scale", "tail=2"], "no bone 'tail'"),
+        (["--bone_scale", "legs=99"], "bone_scale is 99"),
+        (["--action", "Swim*"], "matches 'Swim*'"),
+        (["--action", "Walk,Jump", "--interpolate", 3], "one --action"),
+    ],
+)
+def test_what_does_not_go_is_explained(tmp_path, capsys, start, options, words):
+    given = [str(start.with_suffix(".npz")) if option == "START" else option for option in options]
+    motion("--action", "Walk", "--out", tmp_path / "x.npz", *given, code=2)
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_native_joints_go_into_npz_only(tmp_path, capsys):
+    motion("--action", "Walk", "--native", "--out", tmp_path / "x.bvh", code=2)
+    assert "--native" in capsys.readouterr().err
+    motion("--action", "Walk,Jump", "--native", "--frames", 30, "--out", tmp_path / "x.npz")
+    content = read_npz(tmp_path / "x.npz")
+    assert content["joints"].shape == (30, 20, 3)
+    assert content["labels"].tolist() == [0] * 15 + [3] * 15
+    assert np.abs(content["joints"][0, 0]).max() < 1e-6
+
+
+AUTHORS = {"humanact12": ("action_recognition_model_humanact12.tar", 0.05), "cmu": ("action_recognition_model_mocap_new.tar", 0.08)}
+
+
+@pytest.mark.parametrize("name", sorted(AUTHORS))
+def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(name, data_dir, tmp_path):
+    from a2v.evaluation.classifier import load_evaluator
+    from a2v.evaluation.protocol import generator_of
+
+    model = MotionModel.load(name)
+    frames, count = model.metadata["frames"], 60
+    file, tolerance = AUTHORS[name]
+    evaluator = load_evaluator(data_dir / "evaluators" / file)
+    right, wrong_frame, labels = [], [], []
+    for label, action in enumerate(model.actions):
+        motion("--model", name, "--action", action, "--frames", frames, "--count", count, "--native", "--out", tmp_path / "n.npz")
+        content = read_npz(tmp_path / "n.npz")
+        assert (content["labels"] == label).all()
+        right.append(evaluator(content["joints"])[1] == label)
+        metres = content["joints"] * content["native_signs"] * content["metres_per_unit"]
+        wrong_frame.append(evaluator(metres.astype(np.float32))[1] == label)
+        labels += [label] * count
+    bodies = np.tile(model.bone_lengths, (len(labels), 1))
+    path = generator_of(model, frames)(np.array(labels), bodies, np.random.default_rng(0))
+    expected = (evaluator(path)[1] == np.array(labels)).mean()
+    assert np.mean(right) > expected - tolerance
+    if name == "humanact12":
+        assert np.mean(wrong_frame) < 0.5  # upside down
+
+
+def test_native_joints_of_real_clips_are_the_files(data_dir):
+    from a2v.datasets import load_dataset
+
+    for name in AUTHORS:
+        dataset, model = load_dataset(name, data_dir), MotionModel.load(name)
+        for index in (0, 17):
+            file = dataset.joints[index] * np.asarray(dataset.frame.signs, np.float32)
+            native = model.to_native(dataset.motion(index).joints)
+            assert np.abs(native - (file - file[:1, :1])).max() < 1e-4

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+import zipfile
 
 import pytest
 
+from a2v.datasets import load_dataset
 from a2v.motion import MotionModel
 from pipelines.cli import main
 
@@ -36,3 +39,75 @@ def test_a_model_of_other_actions_is_refused(tmp_path, data_dir, capsys):
     arguments = ["evaluate", "--dataset", "humanact12", "--data", str(data_dir), "--model", "cmu", "--out", str(tmp_path / "t.md")]
     assert main(arguments) == 2
     assert "knows other actions" in capsys.readouterr().err
+
+
+@pytest.fixture
+def own_actions(data_dir, tmp_path):
+    """A user's folder: recorded BVH files of three people in two actions."""
+    folder = tmp_path / "mine"
+    with zipfile.ZipFile(data_dir / "cmu_bvh.zip") as archive:
+        for action, clips in {
+            "walk": ("07/07_01", "07/07_02", "08/08_01"),
+            "jump": ("09/09_01", "09/09_02", "02/02_04", "07/07_03"),
+        }.items():
+            (folder / action).mkdir(parents=True)
+            for clip in clips:
+                (folder / action / f"{clip[3:]}.bvh").write_bytes(archive.read(f"cmu_bvh/{clip}.bvh"))
+    return folder
+
+
+def test_a_folder_of_bvh_is_checked_learned_sampled_and_measured(tmp_path, own_actions, capsys):
+    data = ["--dataset", "bvh", "--data", str(own_actions), "--bvh.frames", "24"]
+    assert main(["data", "bvh", "--data", str(own_actions), "--bvh.frames", "24"]) == 0
+    shown = capsys.readouterr().out
+    assert "7 clips" in shown
+    assert "CMU units" in shown
+    small = ["--iterations", "2", "--batch_size", "4", "--vae.hidden_size", "8", "--vae.decoder", "lie", "--threads", "1"]
+    assert main(["train", "motion", *data, "--held_out", "09", "--out", str(tmp_path / "run"), *small]) == 0
+    model = MotionModel.load(tmp_path / "run" / "motion.onnx")
+    assert model.actions == ("jump", "walk")
+    assert model.metadata["held_out"] == ["09"]
+    assert model.sample("jump", frames=5).joints.shape == (5, 28, 3)
+
+    table = tmp_path / "table.md"
+    measure = ["evaluate", *data, "--model", str(model.path), "--out", str(table), "--clips", "60", "--repeats", "1"]
+    measure += ["--held_out", "09", "--actions", "jump,walk", "--classifier.iterations", "3", "--classifier.threads", "1"]
+    assert main(measure) == 0
+    captured = capsys.readouterr()
+    assert "the authors published no classifier for bvh; taking ours" in captured.err
+    assert "accuracy on 2 clips of 09, not learned from" in captured.out
+    text = table.read_text()
+    assert "jump FID" in text
+    assert "Training clips" in text
+    assert "Trained without these people: lie (motion.onnx)" in text
+    assert "The classifier was trained without them" in text
+    content = json.loads(table.with_suffix(".json").read_text())
+    assert content["dataset"]["sha256"] != content["held_out"]["training_sha256"] == content["models"]["lie (motion.onnx)"]["trained_on"]
+    assert content["classifier"]["actions"] == ["jump", "walk"]
+    # the classifier stays: the second time it is only loaded, and the numbers are the same
+    assert main([*measure, "--state", "zeros"]) == 0
+    zeros = json.loads(table.with_suffix(".json").read_text())
+    assert zeros["classifier"] == content["classifier"]
+    assert main([*measure, "--state", "zeros"]) == 0
+    assert json.loads(table.with_suffix(".json").read_text()) == zeros
+
+
+def test_what_is_wrong_with_data_is_one_line_and_exit_code_2(tmp_path, own_actions, capsys):
+    (own_actions / "walk" / "08_01.bvh").write_text("HIERARCHY\n")
+    assert main(["train", "classifier", "--dataset", "bvh", "--data", str(own_actions), "--out", str(tmp_path / "run")]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith("a2v: ")
+    assert "walk/08_01.bvh:" in error
+    shutil.rmtree(own_actions / "walk")
+    assert main(["data", "bvh", "--data", str(own_actions), "--bvh.fps", "0"]) == 2
+    assert "fps" in capsys.readouterr().err
+
+
+def test_the_same_people_are_held_out_by_every_command(data_dir):
+    from pipelines.motion_data import hold_out
+
+    dataset = load_dataset("humanact12", data_dir)
+    (training, unseen), (again, _) = hold_out(dataset, "auto"), hold_out(dataset, "auto")
+    assert training.digest == again.digest
+    assert not set(unseen.subjects) & set(training.subjects)
+    assert hold_out(dataset, "none")[1] is None

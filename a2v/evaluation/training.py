@@ -125,6 +125,8 @@ def train_classifier(
         network.load_state_dict(content["model"])
         optimizer.load_state_dict(content["optimizer"])
         iteration, seconds, log = content["iteration"], content["seconds"], list(content["log"])
+        if iteration >= settings.iterations:  # finished: the file stays as it is, so that its digest names it
+            return load_evaluator(path)
     sampler = ClipSampler(dataset, dataset.length)
     signs = np.asarray(dataset.frame.signs, dtype=np.float32)
 

@@ -72,14 +72,16 @@ def find_evaluator(settings: Any, dataset: ActionDataset) -> Evaluator:
     from pipelines.commands.train import run_classifier
     from pipelines.motion_data import hold_out
 
-    published = Path(settings.data) / "evaluators" / EVALUATORS.get(settings.dataset, "none")
+    name = EVALUATORS.get(settings.dataset)
+    published = None if name is None else Path(settings.data) / "evaluators" / name
     if settings.evaluator is not None:
         found = load_evaluator(settings.evaluator)
-    elif published.is_file():
+    elif published is not None and published.is_file():
         found = load_evaluator(published)
     else:
         folder = Path(settings.out).parent
-        print(f"no classifier of the authors at {published}; ours is {folder / FILE}", file=sys.stderr)
+        lacking = f"no classifier of the authors at {published}" if published else f"the authors published no classifier for {dataset.name}"
+        print(f"{lacking}; taking ours, {folder / FILE}", file=sys.stderr)
         training, unseen = hold_out(dataset, "auto" if settings.held_out == "none" else settings.held_out)
         found = run_classifier(training, unseen, folder, settings.classifier)
     found.demand_actions(dataset)

@@ -50,14 +50,15 @@ def test_accuracy_and_interval():
 
 
 @pytest.mark.parametrize(
-    ("name", "file", "expected"),
+    ("name", "file", "expected", "near"),
     [
-        ("humanact12", "humanact12", (0.092, 0.997)),
-        ("humanact12-fine", "humanact12_fineG", (0.133, 0.991)),
-        ("cmu", "mocap_new", (0.064, 0.936)),
+        ("humanact12", "humanact12", (0.092, 0.997), 0.05),
+        # FID of two draws of N clips falls as 1/N; all three rows of the paper are those of about 2,000 clips, not 3,000
+        ("humanact12-fine", "humanact12_fineG", (0.133, 0.991), 0.06),
+        ("cmu", "mocap_new", (0.064, 0.936), 0.05),
     ],
 )
-def test_authors_classifiers_reproduce_the_real_rows(data_dir, name, file, expected):
+def test_authors_classifiers_reproduce_the_real_rows(data_dir, name, file, expected, near):
     dataset = load_dataset(name, data_dir)
     evaluator = load_evaluator(data_dir / "evaluators" / f"action_recognition_model_{file}.tar")
     rng = np.random.default_rng(0)
@@ -67,7 +68,7 @@ def test_authors_classifiers_reproduce_the_real_rows(data_dir, name, file, expec
         motions, labels, _ = sampler.batch(3000, rng)
         results.append((*evaluator(motions * signs, state="random", generator=rng), labels))
     (a, predicted, labels), (b, _, _) = results
-    assert fid(a, b) == pytest.approx(expected[0], abs=0.06)
+    assert fid(a, b) == pytest.approx(expected[0], abs=near)
     assert accuracy(predicted, labels) == pytest.approx(expected[1], abs=0.01)
     zeros, _ = evaluator((motions * signs)[:64])
     again, _ = evaluator((motions * signs)[:64])

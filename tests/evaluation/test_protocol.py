@@ -2,36 +2,43 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 import torch
 
-from a2v.datasets import ClipSampler
+from a2v.datasets import NativeFrame
 from a2v.errors import InputError
 from a2v.evaluation.classifier import ActionClassifier, Evaluator
-from a2v.evaluation.protocol import EvaluationSettings, evaluate, markdown_table, report
+from a2v.evaluation.protocol import (
+    EvaluationSettings,
+    action_table,
+    evaluate,
+    evaluate_actions,
+    markdown_table,
+    physics_table,
+    recorded,
+    report,
+)
 from tests.motion.test_training import waving
 
 SETTINGS = EvaluationSettings(clips=60, repeats=3, state="zeros")
 
 
+def mirrored(clips=20):
+    """Clips whose second action is done with the other arm, on the other side."""
+    dataset = waving(clips=clips)
+    sides = [np.float32([1 - 2 * label, 1, 1]) for label in dataset.labels]
+    return dataclasses.replace(dataset, joints=tuple(joints * side for joints, side in zip(dataset.joints, sides, strict=True)))
+
+
 @pytest.fixture(scope="module")
 def setting():
-    dataset = waving(clips=20)
+    dataset = mirrored()
     torch.manual_seed(0)
     return dataset, Evaluator(ActionClassifier(60, 2), "untrained", "0")
-
-
-def real(dataset):
-    sampler = ClipSampler(dataset, dataset.length)
-
-    def generate(labels, lengths, generator):
-        clips = [generator.choice(np.flatnonzero(dataset.labels == label)) for label in labels]
-        return sampler.windows(np.array(clips), generator)
-
-    return generate
 
 
 def still(dataset):
@@ -40,7 +47,7 @@ def still(dataset):
 
 def test_real_motions_score_best_and_collapse_is_seen(setting):
     dataset, evaluator = setting
-    scores = evaluate({"copies": real(dataset), "still": still(dataset)}, dataset, evaluator, SETTINGS)
+    scores = evaluate({"copies": recorded(dataset), "still": still(dataset)}, dataset, evaluator, SETTINGS)
     table = {row.name: row.summary() for row in scores}
     assert list(table) == ["Real motions", "copies", "still"]
     assert table["still"]["fid"][0] > 5 * table["copies"]["fid"][0]
@@ -63,7 +70,7 @@ def test_the_seed_reproduces_the_table_and_uniform_labels_are_uniform(setting):
         evaluate({"x": record}, lopsided, evaluator, EvaluationSettings(clips=60, repeats=2, state="zeros", labels=labels))
     share = [np.mean(np.concatenate(part) == 1) for part in (seen[:2], seen[2:])]
     assert share[0] < 0.3 < share[1]
-    first, second = (evaluate({"copies": real(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2))
+    first, second = (evaluate({"copies": recorded(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2))
     assert [row.values for row in first] == [row.values for row in second]
 
 
@@ -77,9 +84,62 @@ def test_tables_and_reports_say_what_was_measured(setting):
     assert len(content["scores"]["Real motions"]["fid"]) == 3
 
 
+def test_recordings_of_the_wanted_actions_are_drawn(setting):
+    dataset, _ = setting
+    labels = np.array([1, 0, 1, 1])
+    motions = recorded(dataset)(labels, dataset.clip_bone_lengths[:4], np.random.default_rng(0))
+    starts = {
+        label: [j[s : s + 20] - j[s, 0] for j in np.array(dataset.joints)[dataset.labels == label] for s in range(11)] for label in (0, 1)
+    }
+    for label, motion in zip(labels, motions, strict=True):
+        assert min(np.abs(motion - start).max() for start in starts[label]) < 1e-5
+    with pytest.raises(InputError, match="no clip of 'fast'"):
+        recorded(dataset.subset([0, 2]))(labels, dataset.clip_bone_lengths[:4], np.random.default_rng(0))
+
+
+def test_single_actions_are_compared_with_themselves_alone(setting):
+    dataset, evaluator = setting
+    seen = []
+
+    def record(labels, lengths, generator):
+        seen.append(set(labels.tolist()))
+        return recorded(dataset)(labels, lengths, generator)
+
+    for labels in ("data", "uniform"):
+        tables = evaluate_actions(
+            {"x": record}, dataset, evaluator, ["fast", "slow"], EvaluationSettings(clips=60, repeats=1, labels=labels)
+        )
+    assert list(tables) == ["fast", "slow"]
+    assert seen == [{1}, {0}, {1}, {0}]
+    other = {"other arm": lambda labels, lengths, generator: recorded(dataset)(1 - labels, lengths, generator)}
+    wrong = evaluate_actions(other, dataset, evaluator, ["slow"], SETTINGS)["slow"]
+    assert min(wrong[1].values["fid"]) > 3 * max(wrong[0].values["fid"])
+    table = action_table(tables)
+    assert table.count("\n") == 3
+    assert "fast FID↓ | fast Accuracy↑ | fast Diversity→ | slow FID↓" in table
+    assert "±" not in table  # one repeat has no interval
+    with pytest.raises(InputError, match=r"no action 'fly'; it has slow, fast"):
+        evaluate_actions({}, dataset, evaluator, ["fly"])
+
+
+def test_physics_are_in_metres_and_beside_real_data(setting):
+    dataset, evaluator = setting
+    half = dataclasses.replace(dataset, frame=NativeFrame(metres_per_unit=0.5, signs=(1.0, -1.0, -1.0)))
+    whole, scaled = (evaluate({"still": still(d)}, d, evaluator, SETTINGS) for d in (dataset, half))
+    assert whole[0].physics.jitter > 0 == whole[1].physics.jitter
+    assert scaled[0].physics.jitter == pytest.approx(0.5 * whole[0].physics.jitter, rel=1e-3)
+    assert "| Real motions |" in physics_table(whole)
+    assert report(whole, dataset, evaluator, SETTINGS)["scores"]["still"]["physics"]["jitter"] == 0
+    off = evaluate({}, dataset, evaluator, dataclasses.replace(SETTINGS, physics_clips=0))
+    assert physics_table(off) == ""
+
+
 def test_a_classifier_of_other_actions_is_refused(setting):
     dataset, _ = setting
     with pytest.raises(InputError, match="knows 3 actions"):
         evaluate({}, dataset, Evaluator(ActionClassifier(60, 3), "other", "0"), SETTINGS)
+    other = Evaluator(ActionClassifier(60, 2), "other", "0", {"actions": ["slow", "faster"]})
+    with pytest.raises(InputError, match="knows other actions"):
+        evaluate({}, dataset, other, SETTINGS)
     with pytest.raises(InputError, match="clips=5"):
         EvaluationSettings(clips=5)

@@ -132,7 +132,7 @@ def _points_per_unit(ax: Axes) -> float:
     """Typographic points of one metre in a panel whose limits are set."""
     low, high = ax.get_xlim()
     box = ax.get_position()
-    figure = ax.get_figure()
+    figure = ax.get_figure(root=True)
     assert figure is not None
     return float(box.width * figure.get_figwidth() * 72 / (high - low))
 
@@ -467,7 +467,7 @@ def save_stick_figures(
     from a2v.rendering.video import write_gif, write_video, write_webp
 
     suffix = Path(path).suffix.lower()
-    writers = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
+    writers: dict[str, Any] = {".mp4": write_video, ".gif": write_gif, ".webp": write_webp}
     if suffix in writers:
         clips = _clips(motion)
         writers[suffix](path, animate(clips, titles=titles, settings=settings), clips[0].fps)

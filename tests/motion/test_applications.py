@@ -12,7 +12,7 @@ import torch
 from a2v.errors import InputError
 from a2v.kinematics import CMU, HUMANACT12, SKELETONS, bone_lengths, forward_kinematics
 from a2v.motion import MotionModel
-from a2v.motion.applications import between, heading, interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.applications import between, generated_dataset, heading, interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.flow import FlowModel, FlowNetwork
 from a2v.motion.networks import MotionVAE, VAESettings
 from a2v.motion.sampler import body_parts, leg_length, level_floor
@@ -207,6 +207,19 @@ def test_each_action_of_a_pattern(models):
         assert np.allclose(clips.joints[index], models["flow"].sample(name, frames=9, seed=2).joints)
     with pytest.raises(InputError, match="no action of 'flow' matches"):
         matching_actions(models["flow"], "swim*")
+
+
+def test_a_generated_data_set_is_one_of_its_model(models):
+    model = models["flow"]
+    dataset = generated_dataset(model, clips=4, frames=12)
+    assert (len(dataset), dataset.actions, dataset.skeleton.name, dataset.fps) == (8, ("slow", "fast"), "cmu", model.fps)
+    clip = dataset.motion(5)
+    assert np.allclose(clip.joints, model.sample("fast", frames=12, count=4, seed=1).joints[1], atol=1e-5)
+    assert clip.action == "fast"
+    assert len(dataset.split(["S0"])[1]) == 4
+    assert (
+        dataset.digest == generated_dataset(model, clips=4, frames=12).digest != generated_dataset(model, clips=4, frames=12, seed=9).digest
+    )
 
 
 def test_the_floor_of_a_climbing_walk_is_levelled():

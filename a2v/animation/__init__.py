@@ -12,6 +12,7 @@ from a2v.animation.quality import RetargetQuality, measure_retargeting
 from a2v.animation.resample import resample_motion
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
+from a2v.animation.usd import write_usd
 
 __all__ = [
     "ArapDeformer",
@@ -37,4 +38,5 @@ __all__ = [
     "write_morph_glb",
     "write_obj",
     "write_ply",
+    "write_usd",
 ]

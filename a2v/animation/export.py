@@ -115,11 +115,11 @@ def write_glb(
         A clip has the wrong shape, is not finite or has no frames.
     """
     body, count = character.body, len(character.body.bone_names)
-    checked = {key: _checked_clip(key, value, count) for key, value in (clips or {}).items()}
+    checked = {key: checked_clip(key, value, count) for key, value in (clips or {}).items()}
     document = _Document(name)
     mesh = _mesh(document, character, name, jpeg_quality)
     bind = body.bone_transforms.astype(np.float64)
-    local = _local(bind[None], body.bone_parents)[0]
+    local = local_transforms(bind[None], body.bone_parents)[0]
     children: list[list[int]] = [[] for _ in range(count)]
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent >= 0:
@@ -224,7 +224,7 @@ def write_obj(path: str | os.PathLike[str], surface: Surface, *, vertices: Float
     lines = []
     if surface.uv is not None and surface.texture is not None:
         with atomic_path(target.with_suffix(".png")) as temporary:
-            temporary.write_bytes(_image(surface.texture, 0)[0])
+            temporary.write_bytes(encode_image(surface.texture, 0)[0])
         with atomic_path(target.with_suffix(".mtl")) as temporary:
             temporary.write_text(f"newmtl surface\nKd 1 1 1\nmap_Kd {target.stem}.png\n", encoding="utf-8")
         lines += [f"mtllib {target.stem}.mtl", "usemtl surface"]
@@ -262,7 +262,8 @@ def write_ply(path: str | os.PathLike[str], surface: Surface, *, vertices: Float
 # ------------------------------------------------------------------------------------------------------------- parts
 
 
-def _checked_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[FloatArray, float]:
+def checked_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[FloatArray, float]:
+    """A clip (bone transforms (T, B, 4, 4), fps) in float64, or an `InputError` that names it."""
     transforms, fps = np.asarray(clip[0], dtype=np.float64), float(clip[1])
     if transforms.ndim != 4 or transforms.shape[1:] != (bones, 4, 4) or len(transforms) == 0:
         raise InputError(f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1")
@@ -304,7 +305,7 @@ def _mesh(document: _Document, thing: Character | Surface, name: str, quality: i
     }
     if coordinates is not None and surface.texture is not None:
         attributes["TEXCOORD_0"] = document.accessor(coordinates, target=_ARRAY_BUFFER)
-        data, kind = _image(surface.texture, quality)
+        data, kind = encode_image(surface.texture, quality)
         document.json["images"] = [{"name": "texture", "mimeType": kind, "bufferView": document.view(data)}]
         document.json["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
         document.json["textures"] = [{"source": 0, "sampler": 0}]
@@ -328,7 +329,7 @@ def _mesh(document: _Document, thing: Character | Surface, name: str, quality: i
 
 
 def _animation(document: _Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:
-    local = _local(transforms, parents)
+    local = local_transforms(transforms, parents)
     times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
@@ -346,7 +347,7 @@ def _animation(document: _Document, name: str, transforms: FloatArray, fps: floa
     return {"name": name, "samplers": samplers, "channels": channels}
 
 
-def _local(transforms: FloatArray, parents: IntArray) -> FloatArray:
+def local_transforms(transforms: FloatArray, parents: IntArray) -> FloatArray:
     """Transforms (T, B, 4, 4) relative to the parents'."""
     local = transforms.copy()
     for bone, parent in enumerate(parents.tolist()):
@@ -367,7 +368,8 @@ def _floats(values: FloatArray) -> list[float]:
     return [float(value) for value in values.astype(np.float32)]
 
 
-def _image(texture: np.ndarray, quality: int) -> tuple[bytes, str]:
+def encode_image(texture: np.ndarray, quality: int) -> tuple[bytes, str]:
+    """A texture as JPEG of a quality, or as PNG for 0, and its MIME type."""
     from PIL import Image
 
     stream = io.BytesIO()

@@ -1,0 +1,36 @@
+"""A hundred runs of the loop that makes a video, from bones to picture: memory stays where it was."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import psutil
+import pytest
+
+from a2v import Surface
+from a2v.animation import ArapDeformer, bind
+from a2v.body import load_body_model, make_body
+from a2v.rendering import Renderer, follow_cameras
+from a2v.types import RenderSettings
+
+
+@pytest.mark.slow
+def test_a_hundred_runs_of_the_deform_and_render_loop_keep_memory_flat() -> None:
+    body = make_body(load_body_model(), grounded=True)
+    character = bind(Surface(vertices=body.vertices, faces=body.faces, colors=np.full_like(body.vertices, 0.5)), body)
+    settings = RenderSettings(size=96, spp=4, threads=1)
+    deformer, renderer = ArapDeformer(character), Renderer(character.surface, settings)
+    moves = np.repeat(body.bone_transforms[None], 110, axis=0)
+    moves[:, :, 2, 3] += np.linspace(0, 2, 110)[:, None]
+    bounds = np.stack([body.vertices.min(0), body.vertices.max(0)]) + moves[:, :1, :3, 3] - moves[:1, :1, :3, 3]
+    cameras = follow_cameras(bounds, settings)
+    process, resident = psutil.Process(), []
+    for frame, transforms in enumerate(moves):
+        renderer.render(deformer(transforms), cameras["left"][frame])
+        if frame >= 9:  # the first ones fill caches and compile kernels
+            gc.collect()
+            resident.append(process.memory_info().rss)
+    assert len(resident) == 101
+    assert max(resident) <= 1.05 * resident[0]
+    assert min(resident) >= 0.95 * resident[0]

@@ -143,7 +143,9 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     shown = (shown + (1 / step - 1) * shown[:, :1]) @ turn.T
     joints, _ = model.generate(labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1)))
     joints = (joints + (step - 1) * joints[:, :, :1]) @ turn + end
-    joints = level_floor(joints.astype(np.float32), max(len(given), int(model.metadata["frames"])))
+    # the given poses say where the floor is, unless they are too few to tell a step from a jump
+    known = len(given) if len(given) >= 0.5 * model.fps else int(model.metadata["frames"])
+    joints = level_floor(joints.astype(np.float32), max(known, len(given)), int(model.metadata["frames"]) // 2)
     joints[:, : len(given)] = given
     rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
     return model.to_motion(joints, rotations, bodies, names, seed, place=False, given_frames=len(given))

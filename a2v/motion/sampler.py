@@ -486,14 +486,14 @@ def ground_offset(joints: FloatArray) -> FloatArray:
     return offset
 
 
-def level_floor(joints: FloatArray, window: int) -> FloatArray:
+def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> FloatArray:
     """Keep the floor of long clips (N, T, J, 3) where it is in their first `window` frames.
 
     Models learn the root's path from short clips, so that a small slope in every window adds up: 600 frames of Run rose by
-    1.3 m. The lowest joint over half a window is taken for the floor's height; what it moves away is taken off, linearly
-    between half windows. Clips of at most `window` frames are returned as they are.
+    1.3 m. The lowest joint over `piece` frames (half a window by default) is taken for the floor's height; what it moves away
+    is taken off, linearly between pieces. Clips of at most `window` frames are returned as they are.
     """
-    frames, half = joints.shape[1], window // 2
+    frames, half = joints.shape[1], piece or window // 2
     if frames <= window or half < 1:
         return joints
     middles = np.arange(window + half // 2, frames, half)

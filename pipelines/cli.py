@@ -25,6 +25,7 @@ from a2v.errors import A2VError, InputError
 COMMANDS = {
     "video": "a photo and an action to a video, a rigged character and its motion",
     "motion": "an action to motion files",
+    "character": "a photo and several actions to one GLB, USD or web page",
     "reconstruct": "a photo to a rigged, textured 3D character",
     "actions": "list what a motion model can do",
     "evaluate": "measure models as the papers do",

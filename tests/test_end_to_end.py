@@ -219,3 +219,34 @@ def test_reconstruct_gives_the_photo_as_the_front_view(made, tmp_path):
     box = gltf.accessors[primitive.attributes.POSITION]
     assert 1.2 < box.max[1] - box.min[1] < 2.3
     assert abs(box.min[1]) < 0.2
+
+
+def test_several_actions_come_in_one_file(made, tmp_path):
+    import pygltflib
+
+    target = tmp_path / "two.glb"
+    words = ["character", "--photo", SAMPLE, "--actions", "Walk,Jump", "--frames", FRAMES, "--workers", 1, "--quiet", "--out", target]
+    done = subprocess.run([sys.executable, "-m", "pipelines", *map(str, words)], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert (done.returncode, done.stdout.splitlines()) == (0, [str(target)]), done.stderr
+    gltf = pygltflib.GLTF2().load(str(target))
+    assert [clip.name for clip in gltf.animations] == ["Walk", "Jump"]
+    assert len(gltf.skins) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--out", "c.fbx", "--actions", "Walk"], "cannot write c.fbx"),
+        (["--out", "c.glb"], "no clip asked for"),
+        (["--out", "c.glb", "--actions", "Walk,Walk"], "asked for twice"),
+        (["--out", "c.usdz", "--actions", "Walk", "--exact"], "--exact"),
+        (["--out", "c.glb", "--actions", "Wlak"], "did you mean"),
+    ],
+)
+def test_a_character_that_cannot_be_made_is_explained(tmp_path, capsys, monkeypatch, words, message):
+    from pipelines.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    assert main(["character", "--photo", str(SAMPLE), *words]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from a2v.animation.deform import blended_matrices, control_points, skinning_matrices
+from a2v.animation.compiled import compiled
+from a2v.animation.deform import ControlPoints, blended_matrices, skinning_matrices
 from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian
 from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
@@ -82,7 +83,7 @@ class ArapSolver:
     """
 
     def __init__(self, vertices: FloatArray, faces: IntArray, control: FloatArray):
-        from scipy.sparse import coo_matrix, diags
+        from scipy.sparse import diags
 
         self.rest = vertices.astype(np.float64)
         self.control = np.asarray(control, dtype=np.float64)
@@ -92,19 +93,11 @@ class ArapSolver:
         weights = cotangent_weights(self.rest, faces)
         stiffness = 2 * laplacian(weights)  # every edge counts from both of its ends
         self._factor = Cholesky(stiffness + diags(self.control))
-        pairs = weights.tocoo()
-        i, j, k = pairs.row, pairs.col, pairs.data
-        edges = self.rest[i] - self.rest[j]
-        moment = k[:, None] * edges  # k_ij (s_i - s_j)
-        # covariance_i = sum_j k_ij (x_i - x_j) (s_i - s_j)^T as one sparse product: rows (i, a)
-        axes = np.arange(3)
-        rows = (3 * i[:, None] + axes).ravel()
-        gather = coo_matrix((moment.ravel(), (rows, np.repeat(i, 3))), shape=(3 * count, count))
-        spread = coo_matrix((-moment.ravel(), (rows, np.repeat(j, 3))), shape=(3 * count, count))
-        self._covariance = (gather + spread).tocsr()
-        # right-hand side_i = sum_j k_ij (R_i + R_j)(s_i - s_j): the same matrix, transposed, as (s_i - s_j) = -(s_j - s_i)
-        self._divergence = self._covariance.T.tocsr()
-        self._constant = float((k * (edges**2).sum(1)).sum())
+        weights = weights.tocsr()
+        weights.sort_indices()
+        self._edges = weights.indptr, weights.indices, weights.data
+        i, j = np.repeat(np.arange(count), np.diff(weights.indptr)), weights.indices
+        self._constant = float((weights.data * ((self.rest[i] - self.rest[j]) ** 2).sum(1)).sum())
 
     def solve(
         self,
@@ -138,7 +131,7 @@ class ArapSolver:
         while True:
             if moments is not None:  # the first rotations may be far away; later ones follow in a single step
                 turn = rotations_of(moments, turn, steps=1 if energies else 2)
-            right = self._divergence @ np.swapaxes(turn, 1, 2).reshape(3 * count, 3) + pull
+            right = compiled(_right_hand_side)(turn, self.rest, *self._edges) + pull
             x = self._factor.solve(right)
             moments = self._moments(x)
             # at the solution sum_j 2 k (x_i - x_j) = right - c x: the energy needs no product of its own
@@ -150,12 +143,51 @@ class ArapSolver:
 
     def _moments(self, x: FloatArray) -> FloatArray:
         """Matrices (V, 3, 3): sum over neighbours of k (x_i - x_j) (s_i - s_j)^T."""
-        return np.swapaxes((self._covariance @ x).reshape(-1, 3, 3), 1, 2)
+        moments: FloatArray = compiled(_moments)(np.ascontiguousarray(x), self.rest, *self._edges)
+        return moments
 
     def _energy(self, x: FloatArray, turn: FloatArray, moments: FloatArray, targets: FloatArray, stretch: float) -> float:
-        rigid = stretch + self._constant - 2 * float((turn * moments).sum())
+        rigid = stretch + self._constant - 2 * float(np.vdot(turn, moments))
         gap = np.where(self.control[:, None] > 0, x - targets, 0.0)
-        return max(rigid, 0.0) + float((self.control[:, None] * gap**2).sum())
+        return max(rigid, 0.0) + float(self.control @ np.einsum("va,va->v", gap, gap))
+
+
+def _moments(x: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> Any:
+    """Plain loops, compiled by numba: (V, 3, 3)."""
+    out = np.empty((len(rest), 3, 3))
+    for i in range(len(rest)):
+        x0, x1, x2, s0, s1, s2 = x[i, 0], x[i, 1], x[i, 2], rest[i, 0], rest[i, 1], rest[i, 2]
+        m00 = m01 = m02 = m10 = m11 = m12 = m20 = m21 = m22 = 0.0
+        for e in range(starts[i], starts[i + 1]):
+            j, k = neighbors[e], weights[e]
+            a, b, c = x0 - x[j, 0], x1 - x[j, 1], x2 - x[j, 2]
+            u, v, w = k * (s0 - rest[j, 0]), k * (s1 - rest[j, 1]), k * (s2 - rest[j, 2])
+            m00, m01, m02 = m00 + a * u, m01 + a * v, m02 + a * w
+            m10, m11, m12 = m10 + b * u, m11 + b * v, m12 + b * w
+            m20, m21, m22 = m20 + c * u, m21 + c * v, m22 + c * w
+        out[i, 0, 0], out[i, 0, 1], out[i, 0, 2] = m00, m01, m02
+        out[i, 1, 0], out[i, 1, 1], out[i, 1, 2] = m10, m11, m12
+        out[i, 2, 0], out[i, 2, 1], out[i, 2, 2] = m20, m21, m22
+    return out
+
+
+def _right_hand_side(turn: Any, rest: Any, starts: Any, neighbors: Any, weights: Any) -> Any:
+    """Plain loops, compiled by numba: (V, 3), sum over neighbours of k (R_i + R_j) (s_i - s_j)."""
+    out = np.empty((len(rest), 3))
+    for i in range(len(rest)):
+        s0, s1, s2 = rest[i, 0], rest[i, 1], rest[i, 2]
+        total0 = total1 = total2 = sum0 = sum1 = sum2 = 0.0
+        for e in range(starts[i], starts[i + 1]):
+            j, k = neighbors[e], weights[e]
+            x, y, z = k * (s0 - rest[j, 0]), k * (s1 - rest[j, 1]), k * (s2 - rest[j, 2])
+            sum0, sum1, sum2 = sum0 + x, sum1 + y, sum2 + z
+            total0 += turn[j, 0, 0] * x + turn[j, 0, 1] * y + turn[j, 0, 2] * z
+            total1 += turn[j, 1, 0] * x + turn[j, 1, 1] * y + turn[j, 1, 2] * z
+            total2 += turn[j, 2, 0] * x + turn[j, 2, 1] * y + turn[j, 2, 2] * z
+        out[i, 0] = total0 + turn[i, 0, 0] * sum0 + turn[i, 0, 1] * sum1 + turn[i, 0, 2] * sum2
+        out[i, 1] = total1 + turn[i, 1, 0] * sum0 + turn[i, 1, 1] * sum1 + turn[i, 1, 2] * sum2
+        out[i, 2] = total2 + turn[i, 2, 0] * sum0 + turn[i, 2, 1] * sum1 + turn[i, 2, 2] * sum2
+    return out
 
 
 class ArapDeformer:
@@ -172,6 +204,7 @@ class ArapDeformer:
 
     def __init__(self, character: Character, settings: DeformSettings = DeformSettings()):
         self.character, self.settings = character, settings
+        self._targets = ControlPoints(character)
         self._solver = ArapSolver(
             character.surface.vertices, character.surface.faces.astype(np.int64), np.full(len(character.surface.vertices), settings.control)
         )
@@ -181,7 +214,7 @@ class ArapDeformer:
         blended = blended_matrices(self.character, bone_transforms)
         rest = self.character.surface.vertices.astype(np.float64)
         start = np.einsum("vab,vb->va", blended[..., :3], rest) + blended[..., 3]
-        targets = control_points(self.character, bone_transforms)
+        targets = self._targets(bone_transforms)
         turns = rotations_of(blended[..., :3], _guess(self.character, bone_transforms), steps=2)
         return self._solver.solve(
             targets, start=start, rotations=turns, iterations=self.settings.iterations, tolerance=self.settings.tolerance

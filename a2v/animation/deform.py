@@ -65,21 +65,34 @@ def deform(character: Character, bone_transforms: FloatArray) -> FloatArray:
     return vertices_now
 
 
-def control_points(character: Character, bone_transforms: FloatArray) -> FloatArray:
-    """The paper's target positions S* (V, 3) float64: the reposed body plus the displacement map (Eq. 19).
+class ControlPoints:
+    """The paper's target positions S*: the reposed body plus the displacement map (Eq. 19).
 
     The displacement of a vertex from its anchor turns with the skin at the anchor. Used alone ("free-form deformation" in the
     paper) these tear where neighbouring vertices have different anchors: `ArapDeformer` is what they are for.
     """
-    matrices = skinning_matrices(character, bone_transforms)[:, :3]
-    body = character.body
-    used, back = np.unique(character.anchors, return_inverse=True)
-    weights = body.weights[used].astype(np.float64)
-    bones = np.flatnonzero(weights.any(axis=0))
-    at_anchor = (weights[:, bones] @ matrices[bones].reshape(len(bones), 12)).reshape(-1, 3, 4)
-    turns = rotations_of(at_anchor[..., :3], matrices[weights.argmax(axis=1), :, :3])
-    anchors = body.vertices.astype(np.float64)[used]
-    reposed = np.einsum("vab,vb->va", at_anchor[..., :3], anchors) + at_anchor[..., 3]
-    shift = character.surface.vertices.astype(np.float64) - anchors[back]
-    targets: FloatArray = reposed[back] + np.einsum("vab,vb->va", turns[back], shift)
-    return targets
+
+    def __init__(self, character: Character):
+        from scipy.sparse import csr_matrix
+
+        self.character = character
+        body = character.body
+        used, self._back = np.unique(character.anchors, return_inverse=True)
+        self._strongest = body.weights[used].argmax(axis=1)
+        self._weights = csr_matrix(body.weights[used].astype(np.float64))
+        self._anchors = body.vertices.astype(np.float64)[used]
+        self._shift = character.surface.vertices.astype(np.float64) - self._anchors[self._back]
+
+    def __call__(self, bone_transforms: FloatArray) -> FloatArray:
+        """Targets (V, 3) float64 for one frame's bone transforms (B, 4, 4)."""
+        matrices = skinning_matrices(self.character, bone_transforms)[:, :3]
+        at_anchor = (self._weights @ matrices.reshape(len(matrices), 12)).reshape(-1, 3, 4)
+        turns = rotations_of(at_anchor[..., :3], matrices[self._strongest, :, :3])
+        reposed = np.einsum("vab,vb->va", at_anchor[..., :3], self._anchors) + at_anchor[..., 3]
+        targets: FloatArray = reposed[self._back] + np.einsum("vab,vb->va", turns[self._back], self._shift)
+        return targets
+
+
+def control_points(character: Character, bone_transforms: FloatArray) -> FloatArray:
+    """`ControlPoints` of one frame, (V, 3) float64."""
+    return ControlPoints(character)(bone_transforms)

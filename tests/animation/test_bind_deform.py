@@ -247,7 +247,7 @@ def test_arap_distorts_less_than_skinning_and_control_points(character: Characte
 
     deformer = ArapDeformer(character)
     result = deformer.solve(pose)
-    assert result.iterations <= deformer.iterations
+    assert result.iterations <= deformer.settings.iterations
     assert stretch(result.vertices) < stretch(deform(character, pose)) < stretch(control_points(character, pose))
     assert np.linalg.norm(result.vertices - deform(character, pose), axis=1).mean() < 0.01
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import errno
 import os
 import tempfile
@@ -52,7 +53,9 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
     """
     from pipelines.nodes.values import Blob
 
-    return None if path is None else store.put(Blob.of(read_bytes(path, limit=MAX_PHOTO_BYTES)))
+    if path is None:
+        return None
+    return dataclasses.replace(store.put(Blob.of(read_bytes(path, limit=MAX_PHOTO_BYTES))), source=os.fspath(path))
 
 
 def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, seed: int, fps: float | None) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import json
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -39,9 +39,13 @@ class LostObjectError(A2VError):
 
 @dataclass(frozen=True)
 class Ref(Generic[T]):
-    """Names a stored value of type T by the digest of its bytes (40 hex digits)."""
+    """Names a stored value of type T by the digest of its bytes (40 hex digits).
+
+    `source` is what messages call a user's file; it takes no part in equality or in keys.
+    """
 
     digest: str
+    source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if len(self.digest) != 40 or not set(self.digest) <= set("0123456789abcdef"):

@@ -213,7 +213,9 @@ def test_a_bad_photo_is_explained(tmp_path, capsys, walk, name, data, words):
     if data is not None:
         write(path, data)
     out = tmp_path / "out"
-    assert words in fails(capsys, *video(out, photo=path, motion=walk))
+    line = fails(capsys, *video(out, photo=path, motion=walk))
+    assert words in line
+    assert str(path) in line
     assert not out.exists() or not list(out.iterdir())
 
 

@@ -6,7 +6,7 @@ Everything heavy (torch, anny) is imported when first used.
 from a2v.body.fit import FitResult, FitSettings, fit_body
 from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
 from a2v.body.model import MODELS, AnnyModel, BodyModel, BodyState, load_body_model, make_body
-from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
+from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
 
 __all__ = [
     "BLAZEPOSE",
@@ -22,5 +22,6 @@ __all__ = [
     "fit_body",
     "load_body_model",
     "make_body",
+    "nearest_parts",
     "part_of_bone",
 ]

@@ -291,7 +291,11 @@ class Objective:
         self._depth, self._depth_weights = tensor(evidence.depth), tensor(evidence.depth_confidence)
         self._natural, self._spread, self._limits = tensor(self.space.natural), tensor(self.space.spread), tensor(self.space.limits)
         self._shape_mean, self._shape_bounds = tensor(model.shape_default), tensor(model.shape_bounds)
-        deviations = {"gender": 0.4, "age": 0.05, "muscle": 0.25, "weight": 0.2, "height": 0.05, "proportions": 0.25}
+        # clothes hide the chest: a photo's silhouette says too little for it, and what it would add shows on men
+        photo_only = surface is None
+        if photo_only:
+            self._shape_mean[model.shape_names.index("gender")] = 0.35
+        deviations = {"gender": 0.2 if photo_only else 0.4, "age": 0.05, "muscle": 0.25, "weight": 0.2, "height": 0.05, "proportions": 0.25}
         self._shape_spread = tensor([deviations.get(name, 0.5 if "circ" in name else 0.4) for name in model.shape_names])
         if evidence.points is not None:
             known = np.isfinite(evidence.points).all(axis=1)
@@ -355,6 +359,9 @@ class Objective:
             robust = 10.0 if stage == "camera" else s.keypoint_robust
             weight = s.joints_weight if surface_stage else 1.0
             terms["keypoints"] = weight * (self._weights * geman_mcclure(square, robust)).sum() / s.keypoint_sigma**2
+            if stage == "silhouette":  # no single landmark may stray, but where the detector is plainly wrong
+                over = (square.clamp_min(1e-12).sqrt() - 0.022).clamp_min(0.0)
+                terms["strays"] = (self._weights.sqrt() * geman_mcclure(over.square(), 0.03)).sum() / 0.003**2
             first, last = e.segments[:, 0], e.segments[:, 1]
             along = (landmarks[last, 2] - landmarks[first, 2]) * scale
             square = (along - self._depth).square() / e.height**2

@@ -108,6 +108,7 @@ def body_prior_surface(
     skin = _drape(skin, faces, parts, deformer, bare)
     field = signed_distance(skin, faces, grid)
     field = _close_head(field, skin, parts, grid)
+    field = _close_toes(field, skin, parts, grid)
     report(settings.rounds + 1, steps)
     field = _add_lobes(field, skin, faces, grid, mask_distance, settings)
     # cut what sticks out of the mask by a rounded extrusion of it
@@ -332,6 +333,27 @@ def _close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid
     solid = field[box] < 0
     cavity = binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1) & ~solid
     field[box] = np.where(cavity, np.float32(-grid.cell), field[box])
+    return field
+
+
+def _close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Fill the gaps between the toes (a morphological closing by two cells): most people are photographed in shoes."""
+    from scipy.ndimage import binary_closing
+
+    from a2v.body.parts import PARTS
+
+    ball = np.linalg.norm(np.indices((5, 5, 5)) - 2.0, axis=0) < 2.5
+    for name in ("left_foot", "right_foot"):
+        foot = skin[parts == PARTS.index(name)]
+        if len(foot) == 0:
+            continue
+        ahead = foot[:, 2] > foot[:, 2].min() + 0.5 * np.ptp(foot[:, 2])
+        low = np.clip(((foot[ahead].min(axis=0) - grid.origin) / grid.cell).astype(int) - 4, 0, None)
+        high = ((foot[ahead].max(axis=0) - grid.origin) / grid.cell).astype(int) + 5
+        box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+        solid = field[box] < 0
+        gaps = binary_closing(np.pad(solid, 3), ball)[3:-3, 3:-3, 3:-3] & ~solid
+        field[box] = np.where(gaps, np.float32(-0.5 * grid.cell), field[box])
     return field
 
 

@@ -67,8 +67,9 @@ def mirrored_prior(
 ) -> FloatArray:
     """Prior colours (V, 3) for Eq. 14.
 
-    The colour that the photo has at the same place (the back of a jacket looks like its front); on the head, whatever lies on the crown
-    (hair, a hat, or a bald scalp), so that no face looks backwards.
+    The colour that the photo has at the same place (the back of a jacket looks like its front), but no skin of the neckline below the
+    collar. Behind the ears, what borders the head in the same row (hair, a hat) runs around it, down to the nape or as far as hair hangs
+    beside the neck, so that no face looks backwards.
 
     Parameters
     ----------
@@ -77,53 +78,210 @@ def mirrored_prior(
     clean : (H, W, 3)
         `clean_colors(subject)`.
     head : (V,) bool, optional
-        Vertices of the head; guessed from the landmarks where None.
+        Vertices of head and neck; guessed from the landmarks where None.
     """
     import cv2
 
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
-    prior = sample_image(cv2.GaussianBlur(clean, (0, 0), max(0.8, 0.004 * tall)), camera.project(vertices))
+    soft = cv2.GaussianBlur(clean, (0, 0), max(0.8, 0.004 * tall))
+    pixels = camera.project(vertices)
+    plain = sample_image(soft, pixels)
     box = head_box(subject)
     if box is None:
-        return prior
+        return plain
     left, top, right, chin, eye_line = box
-    unit = (chin - eye_line) / 2.1
-    pixels = camera.project(vertices)
-    inside = (pixels[:, 0] > left) & (pixels[:, 0] < right) & (pixels[:, 1] < chin) & (pixels[:, 1] > top - 0.05 * tall)
-    if head is not None:
-        inside &= head
-    middle = (left + right) / 2
+    unit, middle = (chin - eye_line) / 2.1, (left + right) / 2
+    inside = (pixels[:, 0] > left) & (pixels[:, 0] < right) & (pixels[:, 1] < chin + unit) & (pixels[:, 1] > top - 0.05 * tall)
+    inside &= pixels[:, 1] < chin if head is None else head
+    cheeks = inside & known & (np.abs(pixels[:, 1] - eye_line - 0.65 * unit) < 0.35 * unit) & (np.abs(pixels[:, 0] - middle) < unit)
     crown = inside & known & (pixels[:, 1] < top + 0.28 * (eye_line - top))
-    cheeks = (
-        inside & known & (np.abs(pixels[:, 0] - middle) < unit) & (pixels[:, 1] > eye_line + 0.3 * unit) & (pixels[:, 1] < eye_line + unit)
-    )
     if crown.sum() < 5:
-        return prior
-    typical = np.median(colors[crown], axis=0)
-    skin = np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else typical
-    hinge = float(np.percentile(vertices[inside, 2], 60))
-    nape = eye_line + 1.3 * unit
-    behind = inside & ~known & ((vertices[:, 2] < hinge) | (pixels[:, 1] < eye_line - 0.4 * (eye_line - top)))
+        return plain
+    skin = np.median(colors[cheeks if cheeks.sum() >= 5 else crown], axis=0)
+    look = _HeadLook(clean, person, box, skin, np.median(colors[crown], axis=0))
 
-    # Neck below the hair: skin where the front shows the mouth and the chin, else the mirrored collar.
-    neck = np.nonzero(behind & (pixels[:, 1] >= nape) & (np.abs(pixels[:, 0] - middle) < 1.5 * unit))[0]
-    prior[neck] = 0.92 * skin
-    # The crown's texture, stretched down to the nape: strands, or the stripes of a hat.
-    target = np.nonzero(behind & (pixels[:, 1] < nape))[0]
-    if len(target):
-        row = np.clip(pixels[target, 1], top, nape)
-        source_row = top + (row - top) * 0.42 * (eye_line - top) / max(nape - top, 1.0)
-        centers, halves = _row_extents(person, left, right)
-        place, source = (np.clip(r.astype(int), 0, len(centers) - 1) for r in (row, source_row))
-        across = (pixels[target, 0] - centers[place]) / np.maximum(halves[place], 1.0)
-        column = centers[source] + np.clip(across, -0.85, 0.85) * halves[source]
-        soft = cv2.GaussianBlur(clean, (0, 0), max(0.6, 0.0015 * tall))
-        found = sample_image(soft, np.stack([column, source_row], axis=1))
-        # a forehead is no hair
-        bare = np.linalg.norm(found - skin, axis=1) < np.linalg.norm(found - typical, axis=1)
-        prior[target] = np.where(bare[:, None], typical, found)
-    return prior
+    row, across = pixels[:, 1], pixels[:, 0] - middle
+    torso = sample_image(cv2.GaussianBlur(look.without_neckline(clean), (0, 0), max(0.8, 0.004 * tall)), pixels)
+    below = (_step(row, look.collar - 0.3 * unit, look.collar) * (np.abs(across) < 3.5 * unit) * (row < chin + 8 * unit))[:, None]
+    prior = below * torso + (1 - below) * plain
+    turn = _head_turn(subject)
+    # how far behind the ears, in the direction in which the head looks
+    where = vertices - np.median(vertices[inside], axis=0)
+    ahead = (where[:, 0] * np.sin(turn) + where[:, 2] * np.cos(turn)) * camera.scale / unit
+    behind = np.maximum(_step(-ahead, -0.6, 0.0), _step(-row, -(eye_line - 0.3 * (eye_line - top)), -(eye_line - 0.5 * (eye_line - top))))
+    # the neck is no sphere around the head's middle: there what faces backwards counts
+    away = normals[:, 0] * np.sin(turn) + normals[:, 2] * np.cos(turn)
+    low = _step(row, look.nape - 0.2 * unit, look.nape + 0.2 * unit)
+    behind = (1 - low) * behind + low * _step(-away, -0.3, 0.2)
+    # skin from the hairline to the collar, hair above or as far down as it hangs
+    neck = behind * inside * _step(-row, -look.collar, -(look.collar - 0.2 * unit))
+    prior = prior + (neck * ~known)[:, None] * (0.92 * skin - prior)
+    hanging = np.abs(across) < (1.9 * unit if look.hair_end > look.nape + 0.3 * unit else np.inf)
+    hair = behind * (inside | (hanging & (vertices[:, 2] < np.median(vertices[inside, 2])) & (row > look.nape)))
+    hair = hair * hanging * _step(-row, -(look.hair_end + 0.15 * unit), -(look.hair_end - 0.15 * unit))
+    mixed: FloatArray = prior + (hair * ~known)[:, None] * (look.around(row, across) - prior)
+    return mixed
+
+
+_SHADE = np.array([0.5, 1.0, 1.0])
+"""What lightness, a and b count for in comparisons of colours: shadows are no other stuff."""
+
+
+class _HeadLook:
+    """What the photo says of a head's unseen side: hair by rows, where it ends, where the collar is."""
+
+    def __init__(
+        self, clean: FloatArray, person: BoolArray, box: tuple[float, float, float, float, float], skin: FloatArray, typical: FloatArray
+    ) -> None:
+        left, top, right, chin, eye_line = box
+        self.unit, self.middle, self.chin = (chin - eye_line) / 2.1, (left + right) / 2, chin
+        self.nape = eye_line + 1.3 * self.unit
+        self.skin = _lab(skin)
+        self._lab = _lab(clean)
+        height = len(person)
+        self._centers, self._halves = _row_extents(person, left, right)
+        first, last = max(0, int(top)), min(height - 1, int(self.nape))
+        rows = np.arange(first, last + 1)
+        sides = []
+        for side in (-1, 1):
+            column = self._centers[rows] + side * 0.82 * self._halves[rows]
+            found = sample_image(clean, np.stack([column, rows + 0.5], axis=1)).astype(np.float64)
+            bare = self._toward_skin(_lab(found), _lab(typical)) > 0.18
+            sides.append(_filled_rows(np.where(bare[:, None], np.nan, found), typical, 0.12 * self.unit))
+        self._first, self._sides = first, sides
+        self.hair = _lab(np.median(np.concatenate([side[: max(1, int(eye_line) - first)] for side in sides]), axis=0))
+        self.collar = self._collar(person)
+        self.hair_end = self._hair_end(person)
+
+    def _toward_skin(self, colors: FloatArray, hair: FloatArray) -> FloatArray:
+        """Where CIELAB colours (..., 3) lie between `hair` (0) and the skin (1) by hue: glossy hair and striped hats are no skin."""
+        hue = np.array([0.15, 1.0, 1.0])
+        way = (self.skin - hair) * hue
+        share: FloatArray = ((colors - hair) * hue) @ way / max(float(way @ way), 1e-6)
+        return share
+
+    @staticmethod
+    def _nearer(colors: FloatArray, one: FloatArray, other: FloatArray) -> BoolArray:
+        """Whether CIELAB colours (..., 3) are nearer to `one` than to `other`; shade counts half."""
+        return np.asarray(np.linalg.norm((colors - one) * _SHADE, axis=-1) < np.linalg.norm((colors - other) * _SHADE, axis=-1))
+
+    def _window(self, row: int, low: float, high: float) -> FloatArray:
+        """Colours of a row from `low` to `high` units beside the middle, both sides."""
+        columns = np.arange(self._lab.shape[1])
+        distance = np.abs(columns - self.middle) / self.unit
+        found: FloatArray = self._lab[row, (distance >= low) & (distance <= high)]
+        return found
+
+    def _cloth(self) -> FloatArray | None:
+        """Median colour of the clothes below the neck; None where that is skin."""
+        rows = range(int(self.chin + 1.5 * self.unit), int(self.chin + 3.5 * self.unit))
+        found = [self._window(row, 1.0, 2.5) for row in rows if row < len(self._lab)]
+        if not found:
+            return None
+        color: FloatArray = np.median(np.concatenate(found), axis=0)
+        return None if np.linalg.norm((color - self.skin) * _SHADE) < 9 else color
+
+    def _collar(self, person: BoolArray) -> float:
+        """Row where the neck's sides turn from skin to clothes."""
+        cloth = self._cloth()
+        default = self.chin + 0.2 * self.unit
+        if cloth is None:
+            return default
+        rows = np.arange(int(self.chin - 0.6 * self.unit), min(int(self.chin + 1.5 * self.unit), len(person)))
+        for row in rows:
+            edge = [int(self._centers[row] + side * 0.8 * self._halves[row]) for side in (-1, 1)]
+            inner = self._lab[row, np.clip(edge, 0, self._lab.shape[1] - 1)]
+            if self._nearer(inner, cloth, self.skin).all() and not self._nearer(inner, self.hair, cloth).any():
+                return float(row)
+        return default
+
+    def _hair_end(self, person: BoolArray) -> float:
+        """Row down to which hair hangs beside the neck, at least the nape."""
+        end = self.nape
+        cloth = self._cloth()
+        for row in range(int(self.nape), min(int(self.chin + 3 * self.unit), len(person))):
+            columns = np.nonzero(person[row])[0]
+            columns = columns[(np.abs(columns - self.middle) > 0.7 * self.unit) & (np.abs(columns - self.middle) < 2.2 * self.unit)]
+            colors = self._lab[row, columns]
+            like = np.linalg.norm((colors - self.hair) * _SHADE, axis=-1) < 18
+            like &= ~self._nearer(colors, self.skin, self.hair)
+            if cloth is not None:
+                like &= ~self._nearer(colors, cloth, self.hair)
+            if like.sum() < 0.2 * self.unit:
+                break
+            end = float(row)
+        return end if end > self.nape + 0.8 * self.unit else self.nape
+
+    def around(self, row: FloatArray, across: FloatArray) -> FloatArray:
+        """Colours (N, 3) at pixel rows (N,) and pixels beside the middle (N,): from the left border's to the right border's."""
+        place = np.clip(row.astype(np.int64) - self._first, 0, len(self._sides[0]) - 1)
+        half = self._halves[np.clip(row.astype(np.int64), 0, len(self._halves) - 1)]
+        share = np.clip(0.5 + 0.6 * across / np.maximum(half, 1.0), 0, 1)[:, None]
+        mixed: FloatArray = (1 - share) * self._sides[0][place] + share * self._sides[1][place]
+        return mixed
+
+    def without_neckline(self, clean: FloatArray) -> FloatArray:
+        """The photo with skin and hair around the neckline replaced by the nearest clothes."""
+        import cv2
+        from scipy.ndimage import distance_transform_edt
+
+        cloth = self._cloth()
+        if cloth is None:
+            return clean
+        height, width = clean.shape[:2]
+        top, bottom = max(0, int(self.chin - self.unit)), min(height, int(self.chin + 8 * self.unit))
+        low, high = max(0, int(self.middle - 3.5 * self.unit)), min(width, int(self.middle + 3.5 * self.unit))
+        part = self._lab[top:bottom, low:high]
+        bare = self._nearer(part, self.skin, cloth) & (np.linalg.norm((part - self.skin) * _SHADE, axis=-1) < 22)
+        if self.hair_end > self.nape:
+            bare |= self._nearer(part, self.hair, cloth) & (np.linalg.norm((part - self.hair) * _SHADE, axis=-1) < 12)
+        # lapels, ties and zips are the front's
+        bare[: max(1, int(self.chin + 4 * self.unit) - top), np.abs(np.arange(low, high) - self.middle) < 1.1 * self.unit] = True
+        bare[: max(1, int(self.collar) - top)] = True
+        size = max(3, int(0.25 * self.unit) | 1)
+        bare = cv2.dilate(bare.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))).astype(bool)
+        if bare.all():
+            return clean
+        index = distance_transform_edt(bare, return_distances=False, return_indices=True)
+        result = clean.copy()
+        patch = clean[top:bottom, low:high][index[0], index[1]]
+        blurred = cv2.GaussianBlur(patch, (0, 0), max(0.8, 0.25 * self.unit))
+        result[top:bottom, low:high] = np.where(bare[..., None], blurred, clean[top:bottom, low:high])
+        return result
+
+
+def _head_turn(subject: Subject) -> float:
+    """Radians by which the head is turned towards the picture's right (+x); 0 where unknown."""
+    nose, ears = subject.keypoints_3d[0], subject.keypoints_3d[[7, 8]].mean(axis=0)
+    ahead = nose - ears
+    return float(np.arctan2(ahead[0], max(float(ahead[2]), 0.0))) if np.isfinite(ahead).all() else 0.0
+
+
+def _lab(colors: FloatArray) -> FloatArray:
+    """CIELAB (..., 3) of sRGB in [0, 1] (..., 3)."""
+    from skimage.color import rgb2lab
+
+    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
+    return lab
+
+
+def _filled_rows(values: FloatArray, fallback: FloatArray, width: float) -> FloatArray:
+    """Rows (N, 3) with NaN rows taken from the nearest known ones, smoothed over `width` rows."""
+    from scipy.ndimage import gaussian_filter1d
+
+    known = np.nonzero(np.isfinite(values[:, 0]))[0]
+    if len(known) == 0:
+        return np.tile(fallback, (len(values), 1))
+    near = known[np.abs(np.arange(len(values))[:, None] - known[None]).argmin(axis=1)]
+    smooth: FloatArray = gaussian_filter1d(values[near], max(width, 0.5), axis=0, mode="nearest")
+    return smooth
+
+
+def _step(values: FloatArray, low: float, high: float) -> FloatArray:
+    """0 up to `low`, 1 from `high`, smooth between."""
+    t = np.clip((values - low) / (high - low), 0, 1)
+    return np.asarray(t * t * (3 - 2 * t))
 
 
 def _row_extents(person: BoolArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:

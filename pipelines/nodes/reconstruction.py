@@ -20,13 +20,15 @@ def surface(subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[Orthograph
     )
 
 
-@memo(uses=("reconstruction",))
-def colored(surface: Ref[Surface], subject: Ref[Subject], photo_camera: Ref[OrthographicCamera], color: ColorSettings) -> Ref[Surface]:
-    """Project the photo on what it sees and colour the rest (Eq. 14)."""
+@memo(uses=("reconstruction", "body.parts"))
+def colored(
+    surface: Ref[Surface], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+) -> Ref[Surface]:
+    """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
+    from a2v.body import nearest_parts
     from a2v.reconstruction import color_surface
 
-    return put(
-        color_surface(
-            get(surface, Surface), get(subject, Subject), get(photo_camera, OrthographicCamera), settings=color, progress=progress()
-        )
-    )
+    shape = get(surface, Surface)
+    camera = get(photo_camera, OrthographicCamera)
+    parts = nearest_parts(shape.vertices, get(body, Body))
+    return put(color_surface(shape, get(subject, Subject), camera, parts=parts, settings=color, progress=progress()))

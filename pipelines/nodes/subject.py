@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from a2v.errors import InputError
 from a2v.perception import PerceptionSettings
 from a2v.types import Subject
 from pipelines.memo import memo, note
@@ -14,14 +15,20 @@ def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | Non
     """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
 
-    pixels = decode_photo(bytes(get(photo, Blob)), "the photo")
-    given_mask = None if mask is None else decode_mask(bytes(get(mask, Blob)), "the mask")
+    name = photo.source or "the photo"
+    pixels = decode_photo(bytes(get(photo, Blob)), name)
+    given_mask = None if mask is None else decode_mask(bytes(get(mask, Blob)), mask.source or "the mask")
     given_keypoints = (
         None
         if keypoints is None
-        else read_openpose(bytes(get(keypoints, Blob)), photo_size=(pixels.shape[1], pixels.shape[0]), name="the keypoints file")
+        else read_openpose(
+            bytes(get(keypoints, Blob)), photo_size=(pixels.shape[1], pixels.shape[0]), name=keypoints.source or "the keypoints file"
+        )
     )
-    found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception)
+    try:
+        found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:
         note(warning)
     return put(found)

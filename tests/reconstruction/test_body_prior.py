@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from a2v.body import PARTS, load_body_model, make_body
+from a2v.body import PARTS, load_body_model, make_body, nearest_parts
 from a2v.errors import InputError
 from a2v.perception import LANDMARKS
 from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, silhouette_iou, surface_sheet
@@ -164,6 +164,54 @@ def test_back_of_the_clothes_and_hands(scene, colored: Surface) -> None:
     assert np.abs(colored.colors[back] - JACKET).max(axis=1).mean() < 0.08
     assert not colored.visible[back].any()
     assert colored.provenance["eq14"]["residual"] <= 1e-3
+
+
+def painted(scene, surface: Surface, change) -> Surface:
+    """The surface coloured from the scene's photo after `change(image, heights, half widths)`, both fractions of the body's height."""
+    subject, body, camera = scene
+    tall = float(np.ptp(body.vertices[:, 1]))
+    image = subject.image.copy()
+    heights = (camera.center_v - (np.arange(SIZE[1]) + 0.5))[:, None] / camera.scale / tall
+    widths = np.abs(np.arange(SIZE[0]) + 0.5 - camera.center_u)[None] / camera.scale / tall
+    change(image, heights, widths)
+    parts = nearest_parts(surface.vertices, body)
+    mask = np.maximum(subject.mask, np.linalg.norm(image / 255.0 - HAIR, axis=-1) < 0.05).astype(np.float32)
+    changed = dataclasses.replace(subject, image=image, mask=mask)
+    return color_surface(surface, changed, camera, parts=parts, settings=ColorSettings(texture=0, tolerance=1e-2))
+
+
+def test_neckline_and_tie_stay_on_the_front(scene, surface: Surface) -> None:
+    tall = float(np.ptp(scene[1].vertices[:, 1]))
+
+    def dress(image: np.ndarray, heights: np.ndarray, widths: np.ndarray) -> None:
+        image[(heights < 0.84) & (heights > 0.76) & (widths < 0.5 * (heights - 0.76))] = np.multiply(SKIN, 255)
+        image[(heights < 0.80) & (heights > 0.72) & (widths < 0.012)] = (250, 230, 20)
+
+    v = (dressed := painted(scene, surface, dress)).vertices
+    strip = (np.abs(v[:, 0]) < 0.06) & (v[:, 1] > 0.73 * tall) & (v[:, 1] < 0.80 * tall)
+    front, back = (strip & (v[:, 2] * sign > np.percentile(v[strip, 2] * sign, 70)) for sign in (1, -1))
+    assert np.abs(dressed.colors[front] - JACKET).max(axis=1).mean() > 0.15
+    assert np.abs(dressed.colors[back] - JACKET).max(axis=1).mean() < 0.1
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.5])
+def test_long_hair_hangs_down_the_nape(scene, surface: Surface, turned: float) -> None:
+    subject, body, camera = scene
+    tall = float(np.ptp(body.vertices[:, 1]))
+
+    def grow(image: np.ndarray, heights: np.ndarray, widths: np.ndarray) -> None:
+        image[(heights > 0.80) & (heights < 0.9) & (widths > 0.022) & (widths < 0.075)] = np.multiply(HAIR, 255)
+
+    towards = subject.keypoints_3d.copy()
+    towards[[7, 8]], towards[0] = 0.0, (np.sin(turned), 0, np.cos(turned))
+    looks = (dataclasses.replace(subject, keypoints_3d=towards), body, camera)
+    v = surface.vertices
+    nape = (np.abs(v[:, 0]) < 0.03) & (v[:, 1] > 0.85 * tall) & (v[:, 1] < 0.88 * tall)
+    nape &= v[:, 2] < np.percentile(v[nape, 2], 30)
+    short, long = (painted(looks, surface, change).colors[nape] for change in (lambda *_: None, grow))
+    hair, skin = np.array(HAIR), 0.92 * np.array(SKIN)
+    assert (np.linalg.norm(short - skin, axis=1) < np.linalg.norm(short - hair, axis=1)).mean() > 0.8
+    assert (np.linalg.norm(long - hair, axis=1) < np.linalg.norm(long - skin, axis=1)).mean() > 0.8
 
 
 def test_a_prior_is_followed_on_the_unseen_side(scene, surface: Surface) -> None:

@@ -6,9 +6,11 @@ import json
 import shutil
 import zipfile
 
+import numpy as np
 import pytest
 
 from a2v.datasets import load_dataset
+from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
 from a2v.motion import MotionModel
 from pipelines.cli import main
 
@@ -67,7 +69,12 @@ def test_a_folder_of_bvh_is_checked_learned_sampled_and_measured(tmp_path, own_a
     model = MotionModel.load(tmp_path / "run" / "motion.onnx")
     assert model.actions == ("jump", "walk")
     assert model.metadata["held_out"] == ["09"]
-    assert model.sample("jump", frames=5).joints.shape == (5, 28, 3)
+    motion = model.sample("jump", frames=5)
+    assert motion.joints.shape == (5, 28, 3)
+    # a Motion names its skeleton, and its rotations are that skeleton's
+    skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
+    again = forward_kinematics(motion.rotations, motion.root, bone_lengths(motion.joints, skeleton), skeleton)
+    assert np.abs(again - motion.joints).max() < 1e-4
 
     table = tmp_path / "table.md"
     measure = ["evaluate", *data, "--model", str(model.path), "--out", str(table), "--clips", "60", "--repeats", "1"]

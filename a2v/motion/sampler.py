@@ -93,6 +93,11 @@ class MotionModel:
         skeleton = self.metadata["skeleton"]
         return skeleton_of(skeleton["name"], skeleton["parents"], skeleton["joint_names"])
 
+    @functools.cached_property
+    def _rests_as_named(self) -> bool:
+        """Whether the file's rotations are those of `skeleton`; a user's own skeleton was learned with its own rest pose."""
+        return bool(np.allclose(self.metadata["skeleton"]["rest_directions"], self.skeleton.rest_directions, atol=1e-6))
+
     @property
     def digest(self) -> str:
         """SHA-256 of the file."""
@@ -146,9 +151,15 @@ class MotionModel:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = generator if not isinstance(generator, np.random.Generator) else functools.partial(_normal, generator)
         if self.metadata["format"] == _WINDOW:
-            return self._continue_windows(labels, lengths, noise, start)
-        drawn = noise((*labels.shape, self.metadata["latent_size"]))
-        return self.run_steps(labels, drawn, lengths) if start is None else self._continue_steps(labels, drawn, lengths, start)
+            joints, rotations = self._continue_windows(labels, lengths, noise, start)
+        else:
+            drawn = noise((*labels.shape, self.metadata["latent_size"]))
+            joints, rotations = (
+                self.run_steps(labels, drawn, lengths) if start is None else self._continue_steps(labels, drawn, lengths, start)
+            )
+        if not self._rests_as_named:
+            rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
+        return joints, rotations
 
     def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
         """Joints (N, T, J, 3) that are distributed as the data's windows, ended clips that hold their last pose included.

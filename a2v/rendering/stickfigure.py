@@ -7,6 +7,8 @@ figure's shadow straight below it and the root's path on it; the person's left i
 from __future__ import annotations
 
 import dataclasses
+import functools
+import io
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -182,12 +184,26 @@ def _empty_axes(figure: Figure, box: tuple[float, float, float, float], low: Flo
     return ax
 
 
+@functools.lru_cache(maxsize=1)
+def _figure_class() -> Any:
+    from matplotlib.figure import Figure
+
+    class StickFigure(Figure):
+        """A figure that notebooks show without pyplot."""
+
+        def _repr_png_(self) -> bytes:
+            stream = io.BytesIO()
+            self.savefig(stream, format="png", dpi=self.dpi)
+            return stream.getvalue()
+
+    return StickFigure
+
+
 def _new_figure(width: float, height: float) -> Figure:
     """A figure of its own (no pyplot, so nothing stays in memory), inches at 100 dots."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), dpi=100, facecolor="white")
+    figure: Figure = _figure_class()(figsize=(width, height), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     return figure
 

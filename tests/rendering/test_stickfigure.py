@@ -129,6 +129,12 @@ def test_a_path_is_drawn():
     assert len(pixels(image, StickSettings().left)) > 50
 
 
+def test_notebooks_show_figures_without_pyplot():
+    figure = plot_rows(person(), poses=2, settings=FRONT)
+    shown = np.asarray(Image.open(io.BytesIO(figure._repr_png_())).convert("RGB"))
+    assert np.array_equal(shown, drawn(figure))
+
+
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".gif", ".webp", ".mp4"])
 def test_files_by_suffix(tmp_path, suffix):
     path = tmp_path / f"walk{suffix}"

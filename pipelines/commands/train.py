@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from a2v.errors import InputError
+
 HELP = "Train a motion model (the papers' VAE or our own flow) or an action classifier; a run goes on where it was stopped."
 EXAMPLES = """examples:
   a2v train motion --dataset cmu --data ../shared/data --out runs/cmu
@@ -130,6 +132,8 @@ def _train_vae(settings: Any) -> int:
     chosen = TrainSettings(**{name: settings[name] for name in TrainSettings.__dataclass_fields__})
     vae: VAESettings = settings.vae
     dataset, unseen = _learned_part(settings)
+    if vae.decoder.startswith("glmi") and not dataset.trajectory:
+        raise InputError(f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; give --vae.decoder lie or plain")
     evaluator = load_evaluator(settings.evaluator) if settings.evaluator else None
     if evaluator is not None:
         evaluator.demand_actions(dataset)

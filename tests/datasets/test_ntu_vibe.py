@@ -19,6 +19,7 @@ from a2v.evaluation.classifier import load_evaluator
 from a2v.kinematics import HUMANACT12, NTU_VIBE
 from a2v.motion.networks import VAESettings
 from a2v.motion.training import TrainSettings, start
+from pipelines.cli import main
 
 NEAREST = {"head_top": "head", "left_heel": "left_ankle", "right_heel": "right_ankle"}
 """HumanAct12's joint for those of NTU_VIBE that it lacks."""
@@ -94,6 +95,24 @@ def test_there_is_no_trajectory_for_glmi(folder):
     with pytest.raises(InputError, match=r"ntu_vibe has no root trajectory.*'lie' or 'plain'"):
         start(dataset, VAESettings(), TrainSettings(device="cpu"))
     start(dataset, VAESettings(decoder="lie"), TrainSettings(device="cpu"))
+
+
+def test_hips_that_sway_are_no_trajectory(folder, tmp_path, capsys):
+    """VIBE's hips move by centimetres around the body's own centre."""
+    for path in (folder / "vibe").glob("*.pkl"):
+        tracks = joblib.load(path)
+        if 1 in tracks:
+            poses = tracks[1]["joints3d"]
+            poses += 0.03 * np.sin(np.arange(len(poses)) / 5).astype(np.float32)[:, None, None]
+            joblib.dump(tracks, path)
+    arguments = ["train", "motion", "--dataset", "ntu_vibe", "--data", str(folder), "--out", str(tmp_path / "run"), "--iterations", "1"]
+    assert main([*arguments, "--vae.decoder", "glmi-r"]) == 2
+    assert "ntu_vibe has no root trajectory, which 'glmi-r' infers" in capsys.readouterr().err
+    assert main(["data", "ntu_vibe", "--data", str(folder)]) == 0
+    shown = capsys.readouterr().out
+    assert "3 clips" in shown
+    assert "no trajectory" in shown
+    assert "1 files without a track 1" in shown
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import math
 import os
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -20,8 +17,7 @@ from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.evaluation.classifier import ActionClassifier, Evaluator, load_evaluator
 from a2v.evaluation.metrics import accuracy
-from a2v.io import atomic_path, write_csv
-from a2v.motion.training import choose_device
+from a2v.runs import Run, choose_device, cosine_decay, identity, set_rate
 
 FILE = "classifier.pt"
 """Checkpoint of a run, and at its end the classifier that `load_evaluator` reads."""
@@ -59,10 +55,6 @@ class ClassifierSettings:
     def __post_init__(self) -> None:
         if min(self.iterations, self.batch_size, self.log_every) < 1:
             raise InputError("iterations, batch_size and log_every of the classifier must be positive")
-
-
-FREE_TO_CHANGE = ("threads", "device", "checkpoint_seconds", "log_every")
-"""Settings that do not change what is learned."""
 
 
 def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows: int = 4, seed: int = 0) -> float:
@@ -108,23 +100,18 @@ def train_classifier(
         torch.set_num_threads(settings.threads)
     device = choose_device(settings.device)
     path = Path(folder) / FILE
+    made_with = identity(settings, digest=dataset.digest) | {"frames": dataset.length}
+    run = Run(path, made_with, settings.checkpoint_seconds)
     torch.manual_seed(settings.seed)
     network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(device)
     optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
-    made_with: dict[str, Any] = {name: value for name, value in dataclasses.asdict(settings).items() if name not in FREE_TO_CHANGE}
-    made_with |= {"dataset_digest": dataset.digest, "frames": dataset.length}
-    iteration, seconds = 0, 0.0
+    iteration = 0
     log: list[dict[str, float]] = []
-    if path.exists():
-        content = _read(path)
-        for name, value in made_with.items():
-            if content["made_with"].get(name) != value:
-                raise InputError(
-                    f"{path} was made with {name}={content['made_with'].get(name)}, not {value}; give another folder or the same settings"
-                )
+    content = run.resume(("model", "optimizer", "iteration", "log"))
+    if content is not None:
         network.load_state_dict(content["model"])
         optimizer.load_state_dict(content["optimizer"])
-        iteration, seconds, log = content["iteration"], content["seconds"], list(content["log"])
+        iteration, log = content["iteration"], list(content["log"])
         if iteration >= settings.iterations:  # finished: the file stays as it is, so that its digest names it
             return load_evaluator(path)
     sampler = ClipSampler(dataset, dataset.length)
@@ -139,16 +126,9 @@ def train_classifier(
             "held_out_accuracy": log[-1].get("accuracy", math.nan) if log else math.nan,
             "iterations": iteration,
         }
-        content = {
-            "model": network.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration, "seconds": seconds, "log": log,
-            "made_with": made_with, "a2v": info,
-        }  # fmt: skip
-        with atomic_path(path) as temporary:
-            torch.save(content, temporary)
-        if log:
-            write_csv(path.with_name("log.csv"), log)
+        run.save({"model": network.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration, "log": log, "a2v": info}, log)
 
-    began, saved, losses = time.monotonic() - seconds, time.monotonic(), []
+    losses: list[float] = []
     try:
         while iteration < settings.iterations:
             generator = np.random.default_rng([settings.seed, iteration])
@@ -157,18 +137,15 @@ def train_classifier(
             batch, first, wanted = (torch.from_numpy(x).to(device) for x in (joints * signs, state, labels))
             _, logits = network(batch.flatten(2), first)
             loss = nn.functional.cross_entropy(logits, wanted)
-            rate = 0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * iteration / settings.iterations))
-            for group in optimizer.param_groups:
-                group["lr"] = settings.learning_rate * rate
+            set_rate(optimizer, settings.learning_rate * cosine_decay(iteration / settings.iterations, 0.01))
             optimizer.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(network.parameters(), settings.clip_gradient)
             optimizer.step()
             iteration += 1
-            seconds = time.monotonic() - began
             losses.append(float(loss.detach()))
             if iteration % settings.log_every == 0 or iteration == settings.iterations:
-                row = {"iteration": float(iteration), "seconds": seconds, "loss": float(np.mean(losses))}
+                row = {"iteration": float(iteration), "seconds": run.seconds, "loss": float(np.mean(losses))}
                 if not np.isfinite(row["loss"]):
                     raise InputError(f"training diverged at iteration {iteration}; lower learning_rate")
                 if held_out is not None:
@@ -177,21 +154,8 @@ def train_classifier(
                 losses = []
                 if on_log is not None:
                     on_log(row)
-            if time.monotonic() - saved > settings.checkpoint_seconds:
+            if run.due:
                 save()
-                saved = time.monotonic()
     finally:
         save()
     return load_evaluator(path)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        if not {"model", "optimizer", "made_with", "log"} <= set(content):
-            raise InputError(f"{path} is no run of a2v train classifier; give another folder")
-    except InputError:
-        raise
-    except Exception as error:  # torch raises many kinds for a damaged file
-        raise InputError(f"{path} cannot be read as a classifier ({error})".replace("\n", " ")) from None
-    return dict(content)

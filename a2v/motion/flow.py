@@ -8,9 +8,7 @@ Without a step loop it does not drift inside a window, and following windows con
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +19,11 @@ from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
-from a2v.io import atomic_path
-from a2v.motion.training import choose_device
 from a2v.motion.windows import WindowCodec, window_features
+from a2v.runs import Run, choose_device, cosine_decay, identity, read_checkpoint, set_rate
 
+FILE = "flow.pt"
+STORED = ("network", "averaged", "optimizer", "iteration", "settings", "codec", "log")
 GUIDANCE = 1.5
 """How far velocities are pushed towards the action when nothing else is asked for (docs/motion.md)."""
 
@@ -244,21 +243,20 @@ def train_flow(
     if settings.threads:
         torch.set_num_threads(settings.threads)
     device = choose_device(settings.device)
-    checkpoint = Path(folder) / "flow.pt"
+    run = Run(Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
     torch.manual_seed(settings.seed)
     network, averaged = (FlowNetwork(len(dataset.actions), settings).to(device) for _ in range(2))
     averaged.load_state_dict(network.state_dict())
     optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
     features = 3 * dataset.skeleton.n_joints
-    iteration, seconds = 0, 0.0
-    if checkpoint.exists():
-        content = torch.load(checkpoint, map_location=device, weights_only=True)
-        if content["settings"] != dataclasses.asdict(settings) or content["dataset_digest"] != dataset.digest:
-            raise InputError(f"{checkpoint} was made with other settings or data; give another folder or the same settings")
+    iteration = 0
+    log: list[dict[str, float]] = []
+    content = run.resume(STORED)
+    if content is not None:
         network.load_state_dict(content["network"])
         averaged.load_state_dict(content["averaged"])
         optimizer.load_state_dict(content["optimizer"])
-        iteration, seconds = content["iteration"], content["seconds"]
+        iteration, log = content["iteration"], list(content["log"])
         # the stored basis, not a new one: eigenvectors are only defined up to their signs
         codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
     else:
@@ -269,18 +267,17 @@ def train_flow(
     def save() -> None:
         state = {
             "network": network.state_dict(), "averaged": averaged.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration,
-            "seconds": seconds, "settings": dataclasses.asdict(settings), "dataset": dataset.name, "dataset_digest": dataset.digest,
+            "settings": dataclasses.asdict(settings), "dataset": dataset.name, "log": log,
             "codec": {name: torch.from_numpy(array) for name, array in codec.to_arrays().items()},
         }  # fmt: skip
-        with atomic_path(checkpoint) as temporary:
-            torch.save(state, temporary)
+        run.save(state, log)
 
     emphasis = torch.from_numpy(codec.window.scale).to(device) ** settings.emphasis
     emphasis = emphasis / emphasis.mean()
     pool = WindowPool(dataset, codec)
     refresh = max(1, settings.pool // 16)
     codes = labels = active = context = torch.empty(0)
-    began, saved, losses = time.monotonic() - seconds, time.monotonic(), []
+    losses: list[float] = []
     try:
         while iteration < settings.iterations:
             if iteration % refresh == 0 or not len(codes):
@@ -301,9 +298,8 @@ def train_flow(
                 condition = network.condition(known.to(device), active[chosen].to(device), context[chosen].to(device), with_context)
                 velocity = network(point, moment, condition)
             loss = (emphasis * (velocity.float() - (target - noise)) ** 2).mean()
-            rate = min(1.0, (iteration + 1) / 500) * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * iteration / settings.iterations)))
-            for group in optimizer.param_groups:
-                group["lr"] = settings.learning_rate * rate
+            warm = min(1.0, (iteration + 1) / 500)
+            set_rate(optimizer, settings.learning_rate * warm * cosine_decay(iteration / settings.iterations, 0.02))
             optimizer.zero_grad(set_to_none=True)
             loss.backward()
             optimizer.step()
@@ -313,13 +309,13 @@ def train_flow(
                 for mean, value in zip(averaged.parameters(), network.parameters(), strict=True):
                     mean.lerp_(value, 1 - decay)
             losses.append(float(loss.detach()))
-            seconds = time.monotonic() - began
-            if on_log is not None and (iteration % settings.log_every == 0 or iteration == settings.iterations):
-                on_log(FlowModel(averaged, codec), {"iteration": float(iteration), "seconds": seconds, "loss": float(np.mean(losses))})
+            if iteration % settings.log_every == 0 or iteration == settings.iterations:
+                log.append({"iteration": float(iteration), "seconds": run.seconds, "loss": float(np.mean(losses))})
                 losses = []
-            if time.monotonic() - saved > settings.checkpoint_seconds:
+                if on_log is not None:
+                    on_log(FlowModel(averaged, codec), log[-1])
+            if run.due:
                 save()
-                saved = time.monotonic()
     finally:
         save()
     return FlowModel(averaged.eval(), codec)
@@ -333,17 +329,12 @@ def load_flow(folder: str | os.PathLike[str], dataset: ActionDataset) -> FlowMod
     InputError
         No run is there, or it was trained on other data.
     """
-    path = Path(folder) / "flow.pt"
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        settings = FlowSettings(**content["settings"])
-        codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, 3 * dataset.skeleton.n_joints)
-        network = FlowNetwork(len(dataset.actions), settings)
-        network.load_state_dict(content["averaged"])
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; train first (a2v train flow)") from None
-    except Exception as error:  # torch raises many kinds for a damaged file
-        raise InputError(f"{path} cannot be read as a run of the flow ({error})".replace("\n", " ")) from None
-    if content["dataset_digest"] != dataset.digest:
+    path = Path(folder) / FILE
+    content = read_checkpoint(path, STORED)
+    if content["made_with"]["dataset_digest"] != dataset.digest:
         raise InputError(f"{path} was trained on other data than {dataset.name} here")
+    settings = FlowSettings(**content["settings"])
+    codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, 3 * dataset.skeleton.n_joints)
+    network = FlowNetwork(len(dataset.actions), settings)
+    network.load_state_dict(content["averaged"])
     return FlowModel(network.eval(), codec)

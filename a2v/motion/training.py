@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import math
 import os
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,10 +15,11 @@ from torch import nn
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
-from a2v.io import atomic_path
 from a2v.motion.losses import ReconstructionLoss, vae_losses
 from a2v.motion.networks import DecodeStep, MotionVAE, VAESettings
+from a2v.runs import Run, choose_device, cosine_decay, identity, set_rate
 
+FILE = "checkpoint.pt"
 KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
 """Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and for other data."""
 
@@ -111,11 +109,6 @@ class TrainState:
     step: DecodeStep | None = None
 
 
-def choose_device(name: str) -> torch.device:
-    """The device called `name`; "auto" is CUDA where there is one, else the CPU."""
-    return torch.device("cuda" if torch.cuda.is_available() else "cpu") if name == "auto" else torch.device(name)
-
-
 def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> TrainState:
     """A fresh run with seeded weights.
 
@@ -149,10 +142,8 @@ def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings,
 
     progress = state.iteration / max(settings.iterations - 1, 1)
     kl_weight = settings.kl_start + (kl_end - settings.kl_start) * progress
-    decay = 1.0 if settings.schedule == "constant" else 0.01 + 0.99 * 0.5 * (1 + math.cos(math.pi * progress))
-    rate = settings.learning_rate * decay
-    for group in state.optimizer.param_groups:
-        group["lr"] = rate
+    rate = settings.learning_rate * (1.0 if settings.schedule == "constant" else cosine_decay(progress, 0.01))
+    set_rate(state.optimizer, rate)
 
     result = model.reconstruct(joints, actions, lengths, draws, teacher, step=state.step)
     losses = vae_losses(result, joints, reconstruction=settings.reconstruction)
@@ -192,22 +183,24 @@ def train(
     vae, settings = vae or VAESettings(), settings or TrainSettings()
     if settings.threads:
         torch.set_num_threads(settings.threads)
-    run = Path(folder)
-    checkpoint = run / "checkpoint.pt"
+    run = Run(Path(folder) / FILE, identity(vae, settings, digest=dataset.digest), settings.checkpoint_seconds)
     state = start(dataset, vae, settings)
-    if checkpoint.exists():
-        load_checkpoint(checkpoint, state, dataset, vae, settings)
+    content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
+    if content is not None:
+        state.model.load_state_dict(content["model"])
+        state.optimizer.load_state_dict(content["optimizer"])
+        state.generator.bit_generator.state = content["generator"]
+        state.iteration, state.log = content["iteration"], list(content["log"])
     if settings.compile:
         # the number of sequences without teacher forcing differs from batch to batch
         state.step = torch.compile(state.model.decode_step, dynamic=True)
     sampler = ClipSampler(dataset, settings.length or dataset.length)
     kl_end = settings.final_kl(dataset)
-    began, saved = time.monotonic() - state.seconds, time.monotonic()
     recent: list[dict[str, float]] = []
     try:
         while state.iteration < settings.iterations:
             recent.append(train_step(state, sampler, settings, kl_end=kl_end))
-            state.seconds = time.monotonic() - began
+            state.seconds = run.seconds
             if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
                 mean = {name: float(np.mean([terms[name] for terms in recent])) for name in recent[0]}
                 row = {"iteration": float(state.iteration), "seconds": state.seconds} | mean
@@ -217,78 +210,20 @@ def train(
                 if on_log is not None:
                     on_log(state, row)
                 state.log.append(row)
-            if time.monotonic() - saved > settings.checkpoint_seconds:
-                save_checkpoint(checkpoint, state, dataset, vae, settings)
-                saved = time.monotonic()
+            if run.due:
+                run.save(_checkpoint(state, dataset, vae), state.log)
     finally:
-        save_checkpoint(checkpoint, state, dataset, vae, settings)
+        run.save(_checkpoint(state, dataset, vae), state.log)
     return state.model.eval()
 
 
-def save_checkpoint(path: Path, state: TrainState, dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> None:
-    """Write ``checkpoint.pt`` and ``log.csv`` atomically."""
-    content: dict[str, Any] = {
+def _checkpoint(state: TrainState, dataset: ActionDataset, vae: VAESettings) -> dict[str, Any]:
+    return {
         "model": state.model.state_dict(),
         "optimizer": state.optimizer.state_dict(),
         "generator": state.generator.bit_generator.state,
         "iteration": state.iteration,
-        "seconds": state.seconds,
         "log": state.log,
         "vae": dataclasses.asdict(vae),
-        "settings": dataclasses.asdict(settings),
         "dataset": dataset.name,
-        "dataset_digest": dataset.digest,
     }
-    with atomic_path(path) as temporary:
-        torch.save(content, temporary)
-    if state.log:
-        names = sorted({name for row in state.log for name in row}, key=lambda n: (n != "iteration", n != "seconds", n))
-        with atomic_path(path.with_name("log.csv")) as temporary, open(temporary, "w", newline="") as stream:
-            writer = csv.DictWriter(stream, names)
-            writer.writeheader()
-            writer.writerows(state.log)
-
-
-def read_checkpoint(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The content of a ``checkpoint.pt``; nothing but tensors and plain values is unpickled.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no checkpoint of a2v.
-    """
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-        if not {"model", "vae", "settings", "dataset"} <= set(content):
-            raise InputError(f"{path} is no checkpoint of a2v's motion training")
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; train first (a2v train motion)") from None
-    except InputError:
-        raise
-    except Exception as error:  # torch raises many kinds for a damaged file
-        raise InputError(f"{path} cannot be read as a checkpoint ({error})".replace("\n", " ")) from None
-    return dict(content)
-
-
-FREE_TO_CHANGE = frozenset({"compile", "threads", "device", "checkpoint_seconds", "log_every"})
-"""Settings that do not change what is learned, so that a run may be resumed with others."""
-
-
-def load_checkpoint(path: Path, state: TrainState, dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> None:
-    """Fill `state` from a checkpoint.
-
-    Raises
-    ------
-    InputError
-        The checkpoint was made with other data, sizes or settings; the message names the first difference.
-    """
-    content = read_checkpoint(path)
-    old = content["vae"] | content["settings"] | {"dataset_digest": content["dataset_digest"]}
-    new = dataclasses.asdict(vae) | dataclasses.asdict(settings) | {"dataset_digest": dataset.digest}
-    for name in sorted(set(new) - FREE_TO_CHANGE):
-        if old.get(name) != new[name]:
-            raise InputError(f"{path} was made with {name}={old.get(name)}, not {new[name]}; give another folder or the same settings")
-    state.model.load_state_dict(content["model"])
-    state.optimizer.load_state_dict(content["optimizer"])
-    state.generator.bit_generator.state = content["generator"]
-    state.iteration, state.seconds, state.log = content["iteration"], content["seconds"], list(content["log"])

@@ -115,8 +115,8 @@ def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict
         missing = {"made_with", "seconds", *needed} - set(content)
     except FileNotFoundError:
         raise InputError(f"{path} does not exist; train first (a2v train)") from None
-    except Exception as error:  # torch raises many kinds for a damaged file
-        raise InputError(f"{path} cannot be read as a checkpoint ({error})".replace("\n", " ")) from None
+    except Exception:  # torch raises many kinds for a damaged file, and advises to read it without care
+        raise InputError(f"{path} cannot be read as a checkpoint; it is damaged, or something else") from None
     if missing:
         raise InputError(f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder")
     return dict(content)

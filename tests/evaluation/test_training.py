@@ -82,10 +82,10 @@ def test_runs_of_other_settings_data_or_programs_are_refused(parts, tmp_path):
     with pytest.raises(InputError, match="made with dataset_digest"):
         train_classifier(parts[1], tmp_path, settings=short)
     (tmp_path / "classifier.pt").write_bytes(b"nonsense")
-    with pytest.raises(InputError, match="cannot be read as a classifier"):
+    with pytest.raises(InputError, match="cannot be read as a checkpoint"):
         train_classifier(parts[0], tmp_path, settings=short)
     torch.save({"model": {}}, tmp_path / "classifier.pt")
-    with pytest.raises(InputError, match="no run of a2v train classifier"):
+    with pytest.raises(InputError, match="no checkpoint of this training"):
         train_classifier(parts[0], tmp_path, settings=short)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from dataclasses import dataclass
 
@@ -79,7 +80,8 @@ def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: Conta
     transforms[..., 1, 3] -= _ground(transforms, rig, fps, settings)[:, None]
     transforms[..., 1, 3] -= _drift(transforms, rig, fps, settings)[:, None]
     transforms[..., 1, 3] += _lift(transforms, rig, fps, settings)[:, None]
-    plans = {side: _plan_foot(transforms, rig, side, fps, settings) for side in SIDES}
+    left, right = (_plan_foot(transforms, rig, side, fps, settings) for side in SIDES)
+    plans = dict(zip(SIDES, (_cleared(left, right), _cleared(right, left)), strict=True))
     pelvis = _carried(plans, fps, settings)
     transforms[..., :3, 3] += pelvis[:, None]
     transforms[..., 1, 3] += _lift(transforms, rig, fps, settings)[:, None]
@@ -95,13 +97,16 @@ def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: Conta
 @dataclass(frozen=True)
 class _Plan:
     """What a foot should do: `ankle` (T, 3), additional turn `extra` (T, 3, 3), toes bent by `toes` (T,) radians, and in
-    which frames it is `on` the ground (T,); `move` (T, 3) is the ankle's displacement."""
+    which frames it is `on` the ground (T,); `move` (T, 3) is the ankle's displacement, `height` (T,) the sole's over the ground,
+    `rise` (T,) what a fast foot should have at least."""
 
     ankle: FloatArray
     extra: FloatArray
     toes: FloatArray
     on: BoolArray
     move: FloatArray
+    rise: FloatArray
+    height: FloatArray
 
 
 def find_contacts(
@@ -234,8 +239,15 @@ def _plan_foot(transforms: FloatArray, rig: Rig, side: str, fps: float, settings
     fastest = np.maximum(np.r_[speed, 0.0], np.r_[0.0, speed])
     rise = settings.clearance * np.clip((fastest - 0.3) / 0.2, 0, 1) * ~on
     rise = np.where(on, 0.0, _eased(rise, 0.05 * fps)) if rise.any() else rise
-    move[:, 1] = np.maximum(move[:, 1], rise + _MARGIN - lowest)
-    return _Plan(ankle + move, extra, bend, on, move)
+    move[:, 1] = np.maximum(move[:, 1], _MARGIN - lowest)
+    return _Plan(ankle + move, extra, bend, on, move, rise, lowest + move[:, 1])
+
+
+def _cleared(plan: _Plan, other: _Plan) -> _Plan:
+    """The plan with its fast foot kept clear of the ground, but not the lower one of two: somebody has to stand."""
+    share = np.clip((plan.height - other.height + 0.03) / 0.04, 0, 1)
+    up = np.maximum(plan.rise * share + _MARGIN - plan.height, 0)[:, None] * np.array([0.0, 1.0, 0.0])
+    return dataclasses.replace(plan, ankle=plan.ankle + up, move=plan.move + up)
 
 
 def _toe_bend(turn: FloatArray, toes_on: BoolArray, width: float) -> FloatArray:

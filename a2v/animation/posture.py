@@ -78,11 +78,13 @@ def standing_posture(motion: Motion) -> Posture:
 
 
 def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> dict[str, FloatArray]:
-    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens them.
+    """Canonical joints (T, 3) with the knees as straight as the rig's where the person straightens them, and feet as far apart as the person's.
 
     What counts as a straight leg is the twentieth part of the clip with the least bend, at most `Posture.knee`; that bend is taken
-    off all frames, down to six tenths of the rig's own bend at rest. Shins turn in the knee's plane; feet move along.
+    off all frames, down to six tenths of the rig's own bend at rest. Shins turn in the knee's plane; feet move along. Hips narrower or
+    wider than the rig's turn the legs sideways, by at most 3.5 degrees.
     """
+    source = _as_far_apart(source, rig)
     bends = {side: knee_bend(source, side) for side in SIDES}
     straight = min(np.deg2rad(posture.knee), float(np.quantile(np.concatenate(list(bends.values())), 0.05)))
     at_rest = float(np.mean([knee_bend(rig.joints, side) for side in SIDES]))
@@ -100,6 +102,27 @@ def straightened(source: dict[str, FloatArray], posture: Posture, rig: Rig) -> d
         for name in (f"{side}_ankle", f"{side}_foot", f"{side}_toes"):
             if name in out:
                 out[name] = source[name] + turned - shin
+    return out
+
+
+def _as_far_apart(source: dict[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
+    """Legs turned at the hips so that the rig's feet, on its wider or narrower hips, are as far apart as the person's."""
+    across = source["left_hip"] - source["right_hip"]
+    width = np.linalg.norm(across, axis=-1, keepdims=True)
+    legs = {side: source[f"{side}_ankle"] - source[f"{side}_hip"] for side in SIDES}
+    longest = max(float(np.quantile(np.linalg.norm(leg, axis=-1), 0.95)) for leg in legs.values())
+    if longest <= 1e-9:
+        return source
+    excess = rig.length("left_hip", "right_hip") / rig.leg_length - float(np.median(width)) / longest
+    angle = np.clip(np.arcsin(np.clip(excess / 2, -1, 1)), -np.deg2rad(3.5), np.deg2rad(3.5))
+    out = dict(source)
+    for side, leg in legs.items():
+        outward = across if side == "left" else -across
+        axis = np.cross(outward, leg)  # turns the leg inwards; shorter where it points sideways
+        turn = rotvec_to_rotmat(angle * axis / np.maximum(width * longest, 1e-12))
+        for name in (f"{side}_knee", f"{side}_ankle", f"{side}_foot", f"{side}_toes"):
+            if name in out:
+                out[name] = source[f"{side}_hip"] + np.einsum("tab,tb->ta", turn, source[name] - source[f"{side}_hip"])
     return out
 
 

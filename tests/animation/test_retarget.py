@@ -152,6 +152,18 @@ def test_who_stands_in_the_data_stands_in_the_body(body: Body, knee: float, lean
     check_stands(retarget(motion, body, settings=RetargetSettings(raw=raw, level="never")), body, flat=6 if raw else 3)
 
 
+def test_feet_stay_as_far_apart_on_wider_hips(body: Body) -> None:
+    motion = standing(body, CMU, knee=8.0, lean=2.0, dip=-19.0)
+    joints = motion.joints.astype(np.float64).copy()
+    for side, sign in (("left", -1), ("right", 1)):
+        for name in ("hip", "knee", "ankle", "foot"):
+            joints[:, CMU.index(f"{side}_{name}"), 0] += sign * 0.035  # hips narrower by 7 cm, as HumanAct12's are
+    result = joints_of(retarget(clip(joints, CMU, 20.0), body, settings=RAW).astype(np.float64), rig_of(body))
+    gap = joints[0, CMU.index("left_ankle"), 0] - joints[0, CMU.index("right_ankle"), 0]
+    assert (result["left_ankle"] - result["right_ankle"])[0, 0] == pytest.approx(gap, abs=0.015)
+    assert (result["left_hip"] - result["right_hip"])[0, 0] > joints[0, CMU.index("left_hip"), 0] * 2 + 0.05
+
+
 def test_who_stands_in_a_bvh_file_stands_in_the_body(body: Body, tmp_path: Path) -> None:
     # a skeleton whose rest pose leans back by 9 degrees, as those of CMU's BVH files do
     motion = standing(body, CMU, knee=9.0, lean=-9.0, dip=-14.0)

@@ -7,6 +7,7 @@ from a2v.body.fit import FitResult, FitSettings, fit_body
 from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
 from a2v.body.model import MODELS, AnnyModel, BodyModel, BodyState, load_body_model, make_body
 from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
+from a2v.body.smpl import SmplModel, carry_over
 
 __all__ = [
     "BLAZEPOSE",
@@ -19,6 +20,8 @@ __all__ = [
     "BodyState",
     "FitResult",
     "FitSettings",
+    "SmplModel",
+    "carry_over",
     "fit_body",
     "load_body_model",
     "make_body",

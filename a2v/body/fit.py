@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.model import AnnyModel, load_body_model, make_body
+from a2v.body.model import AnnyModel, BodyModel, load_body_model, make_body
 from a2v.body.objective import Evidence, Objective, Unknowns
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import mask_field, rasterize, silhouette_iou
@@ -29,7 +29,7 @@ class FitSettings:
     Attributes
     ----------
     model : str
-        Name of the body model.
+        "anny", or the ``.npz`` file of an SMPL, SMPL-H or SMPL-X model: the fit itself always runs on Anny and is then carried over.
     keypoint_sigma : float
         Expected error of a keypoint, relative.
     keypoint_robust : float
@@ -115,7 +115,8 @@ class FitResult:
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident keypoints),
         ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres), ``loss`` (by term),
-        ``rounds`` (done); with a surface also ``surface_mean`` (metres, from the surface to the body).
+        ``rounds`` (done); with a surface also ``surface_mean`` (metres, from the surface to the body); with a model of one's own
+        ``carried_over`` (metres, mean distance from its skin to the fitted one).
     """
 
     body: Body
@@ -156,7 +157,8 @@ def fit_body(
         Fewer than four confident keypoints, or a surface without its camera.
     """
     settings = settings or FitSettings()
-    model = load_body_model(settings.model)
+    wanted = load_body_model(settings.model)  # a wrong file is told before the fit
+    model = load_body_model()
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
     evidence = gather_evidence(subject, model, settings)
@@ -167,13 +169,23 @@ def fit_body(
     else:
         unknowns = _first_guess(evidence, model, settings, report, total)
     if surface is None:
-        return _fit_photo(subject, evidence, model, settings, unknowns, report, total)
+        return _carried(_fit_photo(subject, evidence, model, settings, unknowns, report, total), wanted)
     assert camera is not None
     if initial is None:
         initial = _fit_photo(subject, evidence, model, settings, unknowns, lambda done, of: None, total)
         unknowns = _from_result(initial, model)
         _move_to_camera(unknowns, initial.camera, camera)
-    return _fit_surface(subject, evidence, model, settings, unknowns, surface, camera, report, total)
+    return _carried(_fit_surface(subject, evidence, model, settings, unknowns, surface, camera, report, total), wanted)
+
+
+def _carried(result: FitResult, model: BodyModel) -> FitResult:
+    """The result as a body of `model`, if that is another one than the fit's own."""
+    from a2v.body.smpl import SmplModel, carry_over
+
+    if not isinstance(model, SmplModel):
+        return result
+    body, distance = carry_over(model, result.body)
+    return dataclasses.replace(result, body=body, residuals={**result.residuals, "carried_over": distance})
 
 
 def gather_evidence(subject: Subject, model: AnnyModel, settings: FitSettings) -> Evidence:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, Protocol, overload, runtime_checkable
 
 import numpy as np
 
@@ -73,6 +73,11 @@ class BodyModel(Protocol):
         """Number of shape parameters S."""
         ...
 
+    @property
+    def n_bones(self) -> int:
+        """Number of bones B."""
+        ...
+
     def forward(
         self,
         rotations: torch.Tensor,
@@ -133,9 +138,7 @@ class AnnyModel:
         self._counts = dict(zip(PHENOTYPE_ORDER, (int(count) for count in data["variation_counts"]), strict=True))
         components, projection = self._fold(data["component_variations"], data["component_projection"])
         self._components, self._projection = torch.from_numpy(components), torch.from_numpy(projection)
-        self._levels = _depth_levels(self.bone_parents)
-        self._order = torch.cat([index for index, _ in self._levels])
-        self._inverse_order = torch.argsort(self._order)
+        self._tree = BoneTree(self.bone_parents)
         self._subsets: dict[tuple[bytes, torch.dtype], tuple[torch.Tensor, torch.Tensor]] = {}
         self.data = data
 
@@ -269,28 +272,7 @@ class AnnyModel:
 
     def pose_bones(self, rotmats: torch.Tensor, rest_heads: torch.Tensor, translation: torch.Tensor | None = None) -> torch.Tensor:
         """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads (..., B, 3)."""
-        import torch
-
-        batch = np.broadcast_shapes(tuple(rotmats.shape[:-3]), tuple(rest_heads.shape[:-2]))
-        rotmats, rest_heads = rotmats.expand(*batch, -1, -1, -1), rest_heads.expand(*batch, -1, -1)
-        linear_levels: list[torch.Tensor] = []
-        head_levels: list[torch.Tensor] = []
-        for index, local_parent in self._levels:
-            if not linear_levels:
-                linear_levels.append(rotmats[..., index, :, :])
-                head = rest_heads[..., index, :]
-                head_levels.append(head if translation is None else head + translation[..., None, :])
-                continue
-            parent_linear = linear_levels[-1][..., local_parent, :, :]
-            parents = torch.from_numpy(self.bone_parents)[index]
-            step = rest_heads[..., index, :] - rest_heads[..., parents, :]
-            linear_levels.append(parent_linear @ rotmats[..., index, :, :])
-            head_levels.append(head_levels[-1][..., local_parent, :] + (parent_linear @ step[..., None])[..., 0])
-        linear = torch.cat(linear_levels, dim=-3)[..., self._inverse_order, :, :]
-        heads = torch.cat(head_levels, dim=-2)[..., self._inverse_order, :]
-        top = torch.cat([linear, heads[..., None]], dim=-1)
-        bottom = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=top.dtype).expand(*top.shape[:-2], 1, 4)
-        return torch.cat([top, bottom], dim=-2)
+        return self._tree.pose(rotmats, rest_heads, translation)
 
     @cached_property
     def _tail_table(self) -> tuple[np.ndarray, list[tuple[int, np.ndarray]]]:
@@ -362,39 +344,82 @@ def _blend(coefficients: torch.Tensor, blendshapes: torch.Tensor) -> torch.Tenso
     return offsets.reshape(*coefficients.shape[:-1], -1, 3)
 
 
-def _depth_levels(parents: IntArray) -> list[tuple[torch.Tensor, torch.Tensor]]:
-    """Bones by depth, and the position of each one's parent within the level above."""
-    import torch
+class BoneTree:
+    """Forward kinematics over a tree of bones, all of one depth at a time."""
 
-    levels: list[tuple[torch.Tensor, torch.Tensor]] = []
-    current = np.flatnonzero(parents < 0)
-    previous = current
-    while len(current):
-        position = {int(bone): place for place, bone in enumerate(previous)}
-        local = [position.get(int(parents[bone]), 0) for bone in current]
-        levels.append((torch.as_tensor(current), torch.as_tensor(local)))
-        previous, current = current, np.flatnonzero(np.isin(parents, current))
-    return levels
+    def __init__(self, parents: IntArray):
+        """`parents` (B,), -1 for the root."""
+        import torch
+
+        self._parents = torch.from_numpy(parents.astype(np.int64))
+        self._levels: list[tuple[torch.Tensor, torch.Tensor]] = []
+        """Bones of a depth, and the position of each one's parent within the level above."""
+        current = np.flatnonzero(parents < 0)
+        previous = current
+        while len(current):
+            position = {int(bone): place for place, bone in enumerate(previous)}
+            local = [position.get(int(parents[bone]), 0) for bone in current]
+            self._levels.append((torch.as_tensor(current), torch.as_tensor(local)))
+            previous, current = current, np.flatnonzero(np.isin(parents, current))
+        self._inverse_order = torch.argsort(torch.cat([index for index, _ in self._levels]))
+
+    def pose(self, rotmats: torch.Tensor, rest_heads: torch.Tensor, translation: torch.Tensor | None = None) -> torch.Tensor:
+        """World transforms (..., B, 4, 4) of the bones from rotations (..., B, 3, 3) and rest heads (..., B, 3)."""
+        import torch
+
+        batch = np.broadcast_shapes(tuple(rotmats.shape[:-3]), tuple(rest_heads.shape[:-2]))
+        rotmats, rest_heads = rotmats.expand(*batch, -1, -1, -1), rest_heads.expand(*batch, -1, -1)
+        linear_levels: list[torch.Tensor] = []
+        head_levels: list[torch.Tensor] = []
+        for index, local_parent in self._levels:
+            if not linear_levels:
+                linear_levels.append(rotmats[..., index, :, :])
+                head = rest_heads[..., index, :]
+                head_levels.append(head if translation is None else head + translation[..., None, :])
+                continue
+            parent_linear = linear_levels[-1][..., local_parent, :, :]
+            parents = self._parents[index]
+            step = rest_heads[..., index, :] - rest_heads[..., parents, :]
+            linear_levels.append(parent_linear @ rotmats[..., index, :, :])
+            head_levels.append(head_levels[-1][..., local_parent, :] + (parent_linear @ step[..., None])[..., 0])
+        linear = torch.cat(linear_levels, dim=-3)[..., self._inverse_order, :, :]
+        heads = torch.cat(head_levels, dim=-2)[..., self._inverse_order, :]
+        top = torch.cat([linear, heads[..., None]], dim=-1)
+        bottom = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=top.dtype).expand(*top.shape[:-2], 1, 4)
+        return torch.cat([top, bottom], dim=-2)
 
 
-@lru_cache(maxsize=2)
-def load_body_model(name: str = "anny") -> AnnyModel:
-    """Load a body model; later calls return the same object.
+@overload
+def load_body_model(name: Literal["anny"] = "anny") -> AnnyModel: ...
+@overload
+def load_body_model(name: str) -> BodyModel: ...
+def load_body_model(name: str = "anny") -> BodyModel:
+    """Load a body model: "anny", or the user's own file of an SMPL, SMPL-H or SMPL-X model (``.npz``; see `a2v.body.smpl`).
 
-    The first call ever takes half a minute (see `a2v.body.anny_data`), later ones a second, most of it torch's.
+    Later calls return the same Anny. The first call ever takes half a minute (see `a2v.body.anny_data`), later ones a second, most
+    of it torch's.
 
     Raises
     ------
     InputError
-        Unknown name.
+        Unknown name, or a file that is no such model.
     """
-    if name != "anny":
-        raise InputError(f"unknown body model '{name}'; choose from {', '.join(MODELS)}")
+    if name == "anny":
+        return _load_anny()
+    if not name.lower().endswith((".npz", ".pkl")):
+        raise InputError(f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file")
+    from a2v.body.smpl import SmplModel
+
+    return SmplModel.load(name)
+
+
+@lru_cache(maxsize=1)
+def _load_anny() -> AnnyModel:
     return AnnyModel(load_anny_data())
 
 
 def make_body(
-    model: AnnyModel,
+    model: BodyModel,
     rotations: FloatArray | None = None,
     shape: FloatArray | Mapping[str, float] | None = None,
     translation: FloatArray | Sequence[float] | None = None,

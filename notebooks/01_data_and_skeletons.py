@@ -1,0 +1,159 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Data and skeletons
+#
+# What motion data is here: joints over time, in what frame and unit, on which tree of bones, and how rotations and positions belong
+# together (Eq. 6). With the papers' data in a folder (`A2V_DATA`, else `../../shared/data`) the recorded clips are shown; without it,
+# clips of the shipped model stand in, so that every cell runs.
+
+# %%
+import os
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from IPython.display import Video, display
+
+from a2v import Motion
+from a2v.animation import write_bvh
+from a2v.datasets import load_dataset
+from a2v.kinematics import SKELETONS, bone_lengths, forward_kinematics, inverse_kinematics
+from a2v.motion import MotionModel
+from a2v.motion.applications import generated_dataset
+from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, project, save_stick_figures
+
+SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
+DATA = Path(os.environ.get("A2V_DATA", "../../shared/data"))
+
+# %% [markdown]
+# ## A data set
+# `load_dataset` reads the published archives without unpacking them and checks every clip. All data sets become the same type.
+
+# %%
+if DATA.is_dir():
+    data = load_dataset("humanact12", DATA)
+else:
+    data = generated_dataset(MotionModel.load("humanact12"), clips=5 if SMALL else 40)
+lengths = np.array([len(joints) for joints in data.joints])
+print(f"{data.name}: {len(data)} clips of {len(set(data.subjects))} people, {data.fps:g} fps, {len(data.actions)} actions")
+
+figure, axes = plt.subplots(1, 2, figsize=(11, 3.2))
+counts = np.bincount(data.labels, minlength=len(data.actions))
+axes[0].barh(data.actions, counts, color="tab:blue")
+axes[0].set(title="clips of each action")
+axes[0].invert_yaxis()
+axes[1].hist(lengths / data.fps, bins=30, color="tab:blue")
+axes[1].axvline(data.length / data.fps, c="tab:red")
+axes[1].set(title="length of the clips; red: what the papers generate", xlabel="s")
+figure.tight_layout()
+
+# %% [markdown]
+# The actions are not equally frequent, and many clips are shorter than what is generated: such clips hold their last pose. Both
+# matter when generated motions are compared with recorded ones (see the notebook on evaluation).
+#
+# ## Some clips
+# Red is the person's left, blue the right; the shadow lies straight below the person.
+
+# %%
+shown = [int(np.flatnonzero(data.labels == label)[0]) for label in (1, 3, 6, 11)]
+rows = plot_rows(
+    [data.motion(i) for i in shown], titles=[data.actions[data.labels[i]] for i in shown], poses=8, settings=StickSettings(size=150)
+)
+display(rows)
+
+# %%
+walk = data.motion(shown[0])
+display(plot_path(walk, title="the path of a walk"))
+with tempfile.TemporaryDirectory() as folder:
+    save_stick_figures(Path(folder) / "walk.mp4", walk)
+    display(Video(str(Path(folder) / "walk.mp4"), embed=True, html_attributes="controls loop autoplay muted"))
+
+# %% [markdown]
+# ## World and native frame
+# a2v works in metres with y up and the person facing +z. The published files have frames and units of their own, and the published
+# classifiers expect those: `data.frame` says how they belong together.
+
+# %%
+native = data.joints[shown[0]] * np.asarray(data.frame.signs, np.float32)
+head, ankle = data.skeleton.index("head"), data.skeleton.index("left_ankle")
+print(f"signs {data.frame.signs}, {data.frame.metres_per_unit:.3f} m a unit")
+print(
+    f"head above ankle: native {native[0, head, 1] - native[0, ankle, 1]:+.2f}, world {walk.joints[0, head, 1] - walk.joints[0, ankle, 1]:+.2f} m"
+)
+
+# %% [markdown]
+# ## Skeletons
+# A tree is covered by chains (Fig. 2 of the conference paper). A rotation vector at a joint turns the bone that ends there
+# relative to the bone before it in its chain, and chains start from the identity; with all rotations zero the person stands in a T.
+
+# %%
+figure, axes = plt.subplots(1, 3, figsize=(13, 4.6))
+for ax, (name, skeleton) in zip(axes, SKELETONS.items(), strict=True):
+    zeros = np.zeros((skeleton.n_joints, 3))
+    view = project(forward_kinematics(zeros, zeros[0], np.full(skeleton.n_joints, 0.25), skeleton), 12, 8)
+    for number, chain in enumerate(skeleton.chains):
+        ax.plot(*view[list(chain), :2].T, "o-", lw=3, ms=4, label=f"chain {number}")
+    for joint, (x, y, _) in enumerate(view):
+        ax.annotate(str(joint), (x, y), xytext=(3, 3), textcoords="offset points", fontsize=7)
+    ax.set(title=f"{name}: {skeleton.n_joints} joints", aspect="equal")
+    ax.axis("off")
+    ax.legend(fontsize=6, loc="lower right")
+
+# %% [markdown]
+# ## Positions from rotations, and back (Eq. 6)
+# Forward kinematics takes rotations, the root's path and bone lengths to positions. The way back is not unique (a bone can be
+# twisted about itself), so that only one direction must agree: positions, rotations, positions.
+
+# %%
+skeleton = data.skeleton
+rotations = inverse_kinematics(walk.joints.astype(np.float64), skeleton)
+lengths_over_time = bone_lengths(walk.joints.astype(np.float64), skeleton)
+again = forward_kinematics(rotations, walk.root.astype(np.float64), lengths_over_time, skeleton)
+print(f"positions come back to {np.abs(again - walk.joints).max():.1e} m")
+constant = forward_kinematics(rotations, walk.root.astype(np.float64), np.median(lengths_over_time, axis=0), skeleton)
+print(f"with constant bone lengths they move by {1000 * np.linalg.norm(constant - walk.joints, axis=-1).mean():.1f} mm on average")
+variation = lengths_over_time[:, 1:].std(0) / lengths_over_time[:, 1:].mean(0)
+print(f"in this clip the bones' lengths vary by {100 * variation.mean():.1f} % on average, {100 * variation.max():.1f} % at most")
+
+# %% [markdown]
+# ## One rotation changed
+# The same walk with the left shoulder's bone raised: all that hangs on it comes along, nothing else moves.
+
+# %%
+raised = rotations.copy()
+raised[:, skeleton.index("left_elbow"), 2] += 1.2
+joints = forward_kinematics(raised, walk.root.astype(np.float64), np.median(lengths_over_time, axis=0), skeleton)
+moved = np.linalg.norm(joints - constant, axis=-1).max(0) > 1e-9
+print("moved:", ", ".join(name for name, yes in zip(skeleton.joint_names, moved, strict=True) if yes))
+waving = Motion(
+    joints=joints.astype(np.float32), rotations=raised.astype(np.float32), root=walk.root, fps=walk.fps, parents=skeleton.parents,
+    joint_names=skeleton.joint_names, skeleton=skeleton.name, action="walk",
+)  # fmt: skip
+display(plot_rows([walk, waving], titles=["recorded", "left arm raised"], poses=8, settings=StickSettings(size=150)))
+
+# %% [markdown]
+# ## Data of your own
+# A folder of BVH files with one sub-folder an action is a data set too; `a2v data bvh --data FOLDER` checks it and `a2v train`
+# takes it. Here two clips of the data above are written as BVH and read back.
+
+# %%
+with tempfile.TemporaryDirectory() as folder:
+    for i in shown[:2]:
+        path = Path(folder) / data.actions[data.labels[i]] / f"{data.clip_names[i]}.bvh"
+        path.parent.mkdir()
+        write_bvh(path, data.motion(i))
+    own = load_dataset("bvh", folder)
+print(f"{own.name}: {len(own)} clips, actions {', '.join(own.actions)}, {own.skeleton.n_joints} joints, {own.fps:g} fps")

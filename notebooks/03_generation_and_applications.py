@@ -1,0 +1,155 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # Generation and its applications
+#
+# Everything a motion model can do, with pictures: several performances of an action, transitions, motions between two motions, futures
+# of given poses, other bodies, long sequences, and files for other tools. It needs the shipped models only.
+
+# %%
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from IPython.display import Video, display
+
+from a2v.kinematics import bone_lengths
+from a2v.motion import MotionModel
+from a2v.motion.applications import interpolate, matching_actions, outpaint, sample_each
+from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, save_stick_figures
+
+SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
+LOOK = StickSettings(size=80 if SMALL else 150)
+folder = Path(tempfile.mkdtemp(prefix="a2v-generation-"))
+model = MotionModel.load("humanact12")
+mocap = MotionModel.load("cmu")
+for each in (model, mocap):
+    print(f"{each.path.name}: {each.fps:g} fps, {each.skeleton.n_joints} joints, {each.metadata['licence']}")
+    print("  ", ", ".join(each.actions))
+
+
+def play(motion, titles=None, name="clip.mp4"):
+    """Show clips moving, beside each other."""
+    save_stick_figures(folder / name, motion, titles=titles, settings=StickSettings(size=80 if SMALL else 200))
+    display(Video(str(folder / name), embed=True, html_attributes="controls loop autoplay muted"))
+
+
+# %% [markdown]
+# ## One action, many performances
+# The seed is the noise: the same seed gives the same motion, everywhere.
+
+# %%
+jumps = model.sample("jump", count=4, seed=3, frames=12 if SMALL else 60)
+play(jumps)
+
+# %% [markdown]
+# ## Every action once
+
+# %%
+each = sample_each(model, matching_actions(model, "*"), frames=12 if SMALL else 60, seed=5)
+play(each, titles=list(model.actions))
+
+# %% [markdown]
+# Models of fine-grained actions have several labels of a kind: there `matching_actions(model, "lift_dumbbell*")` are its kinds, and
+# `a2v motion --action 'lift_dumbbell*'` shows them beside each other.
+#
+# ## Transitions
+# Another action from some frame on; two or three in turn (journal paper, Sec. 5.1.4).
+
+# %%
+two = mocap.sample(["Walk", "Dance"], frames=120, seed=2)
+three = mocap.sample(["Walk", "Jump", "Dance"], frames=150, seed=2)
+display(plot_rows([two, three], titles=["Walk, Dance", "Walk, Jump, Dance"], poses=10, settings=LOOK))
+
+# %% [markdown]
+# ## Between two motions
+# From the noise of one motion to that of another, on the great circle (Sec. 5.1.3). The first poses go smoothly from one to the other,
+# and each row is a motion of its own.
+
+# %%
+between = interpolate(model, "lift_dumbbell", seeds=(1, 4), rows=3 if SMALL else 5)
+display(plot_rows(between, titles=[f"{share:.0%}" for share in np.linspace(0, 1, len(between.joints))], poses=7, settings=LOOK))
+steps = np.linalg.norm(np.diff(between.joints[:, 0] - between.root[:, :1], axis=0), axis=-1).mean(-1)
+print("mean distance of the first poses from row to row, m:", np.round(steps, 3))
+
+# %% [markdown]
+# ## Futures of given poses
+# The first poses are fixed, and the model goes on from them, differently for every noise (Sec. 5.1.5). They may come from a file
+# (`a2v motion --start FILE`), of any person's skeleton; the futures have the body of the start. The black line is what was given.
+
+# %%
+start = mocap.sample("Walk", frames=14, seed=13)
+futures = outpaint(mocap, start, "Walk", frames=60, count=3, seed=2)
+assert np.abs(futures.joints[:, :14] - start.joints).max() < 1e-5
+for i in range(3):
+    display(plot_path(futures[i], poses=6, given=14, title=f"future {i + 1}", settings=LOOK))
+
+# %% [markdown]
+# ## Other bodies
+# Bone lengths enter in the forward kinematics: any bone can be longer or shorter (conference paper, Sec. 4.2.6). Longer legs take longer steps.
+
+# %%
+bodies = {"own": 1.0, "child": 0.65, "long legs": {"legs": 1.4}, "long arms": {"arms": 1.6}}
+people = [mocap.sample("Walk", seed=9, frames=12 if SMALL else 60, bone_scale=scale) for scale in bodies.values()]
+display(plot_rows(people, titles=list(bodies), poses=7, settings=LOOK))
+play(people, titles=list(bodies))
+
+# %% [markdown]
+# ## Long sequences
+# Windows continue one another. A slope of the floor in every window would add up, so the floor is levelled; bones cannot change at all.
+
+# %%
+long = mocap.sample("Walk", frames=600, count=8, seed=1)
+speed = np.linalg.norm(np.diff(long.joints, axis=1), axis=-1).mean((0, 2)) * long.fps
+low = long.joints[..., 1].min(-1).mean(0)
+head = (long.joints[..., long.joint_names.index("head"), 1] - long.joints[..., 1].min(-1)).mean(0)
+figure, axes = plt.subplots(1, 3, figsize=(12, 2.6))
+time = np.arange(600) / long.fps
+for ax, values, title in zip(
+    axes, (speed, low, head), ("speed of the joints, m/s", "lowest joint, m", "head over the lowest joint, m"), strict=True
+):
+    ax.plot(time[: len(values)], values)
+    ax.set(title=title, xlabel="s", ylim=(0, None) if title != "lowest joint, m" else (-0.5, 0.5))
+figure.tight_layout()
+print(f"bone lengths vary by {np.ptp(bone_lengths(long.joints, mocap.skeleton)[..., 1:], axis=1).max():.0e} m")
+
+# %% [markdown]
+# ## Files
+# `a2v motion` does all of this on the command line. `--native` writes what the papers' classifiers expect: the data set's own frame and unit.
+
+# %%
+commands = [
+    ["--action", "Walk,Jump", "--frames", "90", "--out", folder / "walk-jump.bvh"],
+    ["--model", "humanact12", "--action", "jump", "--count", "20", "--native", "--out", folder / "jumps.npz"],
+]
+for command in commands:
+    subprocess.run([sys.executable, "-m", "pipelines", "motion", *map(str, command)], check=True, cwd="..", capture_output=True)
+    print("a2v motion", " ".join(map(str, command[:-1])), f"{command[-1].name}: {command[-1].stat().st_size / 1e3:.0f} kB")
+with np.load(folder / "jumps.npz") as native:
+    print(
+        {name: native[name].shape for name in ("joints", "labels")},
+        "y of head minus ankle:",
+        round(float(native["joints"][0, 0, 15, 1] - native["joints"][0, 0, 7, 1]), 2),
+    )
+
+# %% [markdown]
+# The same model file works without this project: `export/sample.py` needs numpy and onnxruntime only.
+
+# %%
+script = ["../export/sample.py", str(model.path), "--action", "throw", "--frames", "60", "--out", str(folder / "throw.bvh")]
+print(subprocess.run([sys.executable, *script], check=True, capture_output=True, text=True).stdout.strip().split("/")[-1])

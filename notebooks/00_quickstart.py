@@ -111,19 +111,13 @@ print(f"{len(surface.vertices)} vertices, {len(surface.faces)} faces, {surface.v
 
 # %% [markdown]
 # ## The action
-# A temporal VAE, run by onnxruntime, makes a motion of joints.
+# A network of joints in motion, run by onnxruntime. Notebook 03 shows what else it can do.
 
 # %%
+from a2v.rendering.stickfigure import plot_rows
+
 motion = compute("motion").get("motion", Motion)
-figure = plt.figure(figsize=(12, 3))
-for i, t in enumerate(np.linspace(0, motion.frames - 1, min(6, motion.frames)).astype(int)):
-    ax = figure.add_subplot(1, 6, i + 1)
-    joints = motion.joints[t] - motion.root[t] * [1, 0, 1]
-    for joint, parent in enumerate(motion.parents):
-        if parent >= 0:
-            ax.plot(*joints[[parent, joint]][:, [0, 1]].T, c="tab:blue")
-    ax.set(xlim=(-1, 1), ylim=(-0.1, 2), aspect="equal", title=f"{t / motion.fps:.1f} s")
-    ax.axis("off")
+display(plot_rows(motion, poses=min(8, motion.frames)))
 
 # %% [markdown]
 # ## The motion on the body's bones

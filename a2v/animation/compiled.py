@@ -13,6 +13,7 @@ def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
     try:
-        return numba.njit(cache=True)(loops)
+        fast: Callable[..., Any] = numba.njit(cache=True)(loops)
     except RuntimeError:  # neither folder can be written
-        return numba.njit(loops)  # type: ignore[no-any-return]
+        fast = numba.njit(loops)
+    return fast

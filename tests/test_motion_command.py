@@ -147,3 +147,23 @@ def test_native_joints_of_real_clips_are_the_files(data_dir):
             file = dataset.joints[index] * np.asarray(dataset.frame.signs, np.float32)
             native = model.to_native(dataset.motion(index).joints)
             assert np.abs(native - (file - file[:1, :1])).max() < 1e-4
+
+
+def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
+    """A file of the CMU motion capture data base: 38 joints in inches at 120 fps, continued by the HumanAct12 model."""
+    import zipfile
+
+    with zipfile.ZipFile(data_dir / "cmu_bvh.zip") as archive:
+        name = next(name for name in sorted(archive.namelist()) if name.endswith("02_01.bvh"))
+        (tmp_path / "walk.bvh").write_bytes(archive.read(name))
+    start = ["--start", tmp_path / "walk.bvh", "--start_frames", 100]
+    motion("--model", "humanact12", "--action", "walk", *start, "--frames", 40, "--count", 2, "--out", tmp_path / "f.npz")
+    made, given = Motion.load(tmp_path / "f.npz"), read_motion(tmp_path / "walk.bvh", fps=20)
+    names = {name: given.joint_names.index(other) for name, other in (("left_knee", "LeftLeg"), ("right_wrist", "RightHand"))}
+    for name, index in names.items():
+        assert np.abs(made.joints[:, :16, made.joint_names.index(name)] - given.joints[:16, index]).max() < 0.01
+    root = made.root[:, :, [0, 2]]
+    steps = np.linalg.norm(np.diff(made.joints, axis=1), axis=-1).max(-1)
+    assert (steps[:, 16] < 0.25).all()  # no jump where the recording ends
+    assert (np.linalg.norm(root[:, -1] - root[:, 16], axis=-1) > 0.2).all()  # it walks on
+    assert made.joints[..., 1].min() > -0.1

@@ -45,8 +45,8 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument(
         "--bone_scale",
         "--bone-scale",
-        type=str,
-        default="1",
+        type=float | str,
+        default=1.0,
         help="factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)",
     )
     parser.add_argument("--bones", type=str | None, default=None, help="motion file (.bvh, .npz) whose bone lengths are taken")
@@ -101,7 +101,7 @@ def generate(model: MotionModel, settings: Any) -> Motion:
     alone += ["a pattern"] if "*" in settings.action or "?" in settings.action else []
     if len(alone) > 1:
         raise InputError(f"give either {' or '.join(alone)}, not both")
-    changed = [name for name, default in (("bone_scale", "1"), ("bones", None)) if getattr(settings, name) != default]
+    changed = [name for name, default in (("bone_scale", 1.0), ("bones", None)) if getattr(settings, name) != default]
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
     names = [name.strip() for name in settings.action.split(",")]
@@ -128,7 +128,7 @@ def generate(model: MotionModel, settings: Any) -> Motion:
     )  # fmt: skip
 
 
-def bone_scale(text: str) -> float | dict[str, float]:
+def bone_scale(text: float | str) -> float | dict[str, float]:
     """The option --bone_scale: a number, or names with numbers.
 
     Raises
@@ -137,7 +137,7 @@ def bone_scale(text: str) -> float | dict[str, float]:
         It is neither.
     """
     try:
-        if "=" not in text:
+        if not isinstance(text, str) or "=" not in text:
             return float(text)
         return {name.strip(): float(value) for name, value in (part.split("=") for part in text.split(","))}
     except ValueError:

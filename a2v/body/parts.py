@@ -42,6 +42,7 @@ PART_NEIGHBORS: tuple[tuple[str, str], ...] = (
 
 _STEMS = {
     "head": "head",
+    "jaw": "head",
     "eye": "head",
     "neck": "neck",
     "root": "torso",
@@ -61,18 +62,28 @@ _STEMS = {
 }
 
 
+# SMPL's names have the side in front
+_JOINT_STEMS = {
+    "hip": "thigh", "knee": "shin", "ankle": "foot", "foot": "foot", "collar": "torso", "shoulder": "upper_arm", "elbow": "lower_arm",
+    "wrist": "hand", "hand": "hand", "index": "hand", "middle": "hand", "pinky": "hand", "ring": "hand", "thumb": "hand", "eye": "head",
+}  # fmt: skip
+
+
 def part_of_bone(name: str) -> int:
-    """Index into `PARTS` of Anny's bone `name`.
+    """Index into `PARTS` of the bone `name` of Anny, or of the joint of that name of the SMPL family.
 
     Raises
     ------
     InputError
         No rule for that name.
     """
-    stem, _, side = name.partition(".")
-    for start, part in _STEMS.items():
+    stem, _, letter = name.partition(".")
+    side, stems = "left" if letter == "L" else "right", _STEMS
+    if name.startswith(("left_", "right_")):
+        (side, _, stem), stems = name.partition("_"), _JOINT_STEMS
+    for start, part in stems.items():
         if stem.startswith(start):
-            full = f"{'left' if side == 'L' else 'right'}_{part}"
+            full = f"{side}_{part}"
             return PARTS.index(full if full in PARTS else part)
     raise InputError(f"bone '{name}' belongs to no known body part; expected names that start with {', '.join(_STEMS)}")
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
 from a2v.body.model import BodyState, BoneTree, make_body
-from a2v.body.parts import PARTS
+from a2v.body.parts import PARTS, part_of_bone, parts_of_bones
 from a2v.errors import InputError
 from a2v.types import Body, FloatArray, IntArray
 
@@ -46,11 +46,6 @@ JOINTS: dict[int, tuple[str, tuple[str, ...]]] = {
 }
 """Name of the model and of its joints, by their number."""
 
-_PARTS = {
-    "hip": "thigh", "knee": "shin", "ankle": "foot", "foot": "foot", "shoulder": "upper_arm", "elbow": "lower_arm", "wrist": "hand", "hand": "hand",
-    "index": "hand", "middle": "hand", "pinky": "hand", "ring": "hand", "thumb": "hand", "jaw": "head", "eye": "head", "head": "head", "neck": "neck",
-}  # fmt: skip
-
 # Joints of Anny whose place SMPL's regressors mean as well; the spine's differ.
 _LIMBS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 _SHARED = (
@@ -77,9 +72,7 @@ class SmplModel:
         self.faces: IntArray = arrays["f"].astype(np.int32)
         weights = arrays["weights"].astype(np.float32)
         self.weights: FloatArray = weights / weights.sum(axis=1, keepdims=True)
-        of_bone = np.array([_part(name) for name in self.bone_names])
-        held = np.stack([self.weights[:, of_bone == part].sum(axis=1) for part in range(len(PARTS))], axis=1)
-        self.parts: IntArray = held.argmax(axis=1).astype(np.int8)
+        self.parts: IntArray = parts_of_bones(self.bone_names, self.weights)
         count = min(MAX_SHAPES, arrays["shapedirs"].shape[2])
         self.shape_names: tuple[str, ...] = tuple(f"beta{index}" for index in range(count))
         self.shape_default: FloatArray = np.zeros(count, np.float32)
@@ -269,7 +262,7 @@ def carry_over(model: SmplModel, source: Body, *, count: int = 1500, rounds: int
         start = joints[0] - model.forward(angles, shape, vertex_ids=mine[:1]).joints[mine[0]]
     translation = start.clone().requires_grad_(True)
     free = torch.ones(model.n_bones, 1, dtype=torch.float64)
-    free[[index for index, name in enumerate(model.bone_names) if _part(name) in _HANDS and "wrist" not in name]] = (
+    free[[index for index, name in enumerate(model.bone_names) if part_of_bone(name) in _HANDS and "wrist" not in name]] = (
         0.0  # fingers stay at rest
     )
     matched: torch.Tensor | None = None
@@ -307,15 +300,6 @@ def _rotvec(rotmat: torch.Tensor) -> torch.Tensor:
     from a2v.kinematics.so3 import rotmat_to_rotvec
 
     return rotmat_to_rotvec(rotmat)
-
-
-def _part(name: str) -> int:
-    side = name.split("_")[0]
-    for word, part in _PARTS.items():
-        if word in name:
-            full = f"{side}_{part}"
-            return PARTS.index(full if full in PARTS else part)
-    return PARTS.index("torso")
 
 
 def _parents(table: np.ndarray) -> IntArray:

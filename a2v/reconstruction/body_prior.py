@@ -113,6 +113,7 @@ def body_prior_surface(
     field = _add_lobes(field, skin, faces, grid, mask_distance, settings)
     # cut what sticks out of the mask by a rounded extrusion of it
     field = np.maximum(field, np.minimum(mask_distance, 3 * grid.cell)[:, :, None])
+    field = _part_arms(field, bare, faces, parts, grid)
     vertices, triangles = _extract(field, grid, settings.vertices)
     vertices = _restore_face(vertices, skin, faces, parts, grid.cell)
     report(settings.rounds + 2, steps)
@@ -333,6 +334,47 @@ def _close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid
     solid = field[box] < 0
     cavity = binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1) & ~solid
     field[box] = np.where(cavity, np.float32(-grid.cell), field[box])
+    return field
+
+
+def _part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Carve a gap of two cells where a sleeve has grown together with the trunk, or a raised arm would draw a web of cloth.
+
+    The gap runs half-way between the bare arm and the bare trunk, outside of both; near the armhole only where the two face each other.
+    """
+    from scipy.spatial import cKDTree
+
+    from a2v.body.parts import PARTS
+
+    normals = vertex_normals(bare, faces)
+    trunk = np.nonzero(np.isin(parts, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh")]))[0]
+    if len(trunk) == 0:
+        return field
+    torso = parts == PARTS.index("torso")
+    tree = cKDTree(bare[trunk])
+    field = field.copy()
+    for side in ("left", "right"):
+        upper = parts == PARTS.index(f"{side}_upper_arm")
+        arm = np.nonzero(upper | np.isin(parts, [PARTS.index(f"{side}_{name}") for name in ("lower_arm", "hand")]))[0]
+        hole = faces[upper[faces].any(axis=1) & torso[faces].any(axis=1)]
+        if len(arm) == 0 or len(hole) == 0:
+            continue
+        low = np.maximum(((bare[arm].min(axis=0) - grid.origin) / grid.cell).astype(np.int64) - 12, 0)
+        high = ((bare[arm].max(axis=0) - grid.origin) / grid.cell).astype(np.int64) + 13
+        cells = np.argwhere(field[tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))] < 1.5 * grid.cell) + low
+        points = grid.origin + cells * grid.cell
+        far, nearest = (np.asarray(found) for found in tree.query(points, workers=1))
+        near, index = (np.asarray(found) for found in cKDTree(bare[arm]).query(points, workers=1))
+        kept = (near < 0.12) & (far < 0.12) & (np.abs(near - far) < 6 * grid.cell)
+        cells, points, body, limb = cells[kept], points[kept], trunk[nearest[kept]], arm[index[kept]]
+        gap = 1.1 * grid.cell - 0.5 * np.abs(near - far)[kept]  # distance to the half-way surface
+        outside = ((points - bare[body]) * normals[body]).sum(axis=1) > -0.004
+        outside &= ((points - bare[limb]) * normals[limb]).sum(axis=1) > -0.004
+        facing = (normals[body] * normals[limb]).sum(axis=1) < 0
+        beyond = np.linalg.norm(bare[limb] - bare[hole].mean(axis=(0, 1)), axis=1) > 0.13
+        carved = outside & (facing | beyond)
+        i, j, k = cells[carved].T
+        field[i, j, k] = np.maximum(field[i, j, k], gap[carved])
     return field
 
 

@@ -246,3 +246,24 @@ def test_bad_input(scene, surface: Surface) -> None:
         SurfaceSettings(vertices=10)
     with pytest.raises(InputError, match="lambda_nn"):
         ColorSettings(lambda_nn=-1)
+
+
+def test_wide_sleeves_do_not_grow_together_with_the_trunk(scene) -> None:
+    # arms hang beside the trunk, and the photo's cloth closes the gap between them
+    subject, _, camera = scene
+    model = load_body_model("anny")
+    turns = np.zeros((model.n_bones, 3), np.float32)
+    turns[model.bone("upperarm01.L"), 2], turns[model.bone("upperarm01.R"), 2] = -0.5, 0.5
+    body = make_body(model, turns, grounded=True)
+    bare = np.isfinite(depth_map(body.vertices, body.faces, camera, SIZE)).astype(np.uint8)
+    rows = (camera.center_v - (np.arange(SIZE[1]) + 0.5)) / camera.scale
+    closed = cv2.morphologyEx(bare, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (61, 61)))
+    mask = np.where(((rows > 1.0) & (rows < 1.4))[:, None], closed, bare).astype(np.float32)
+    assert mask.sum() > bare.sum() + 500
+    loose = body_prior_surface(dataclasses.replace(subject, mask=mask), body, camera)
+    mesh = trimesh.Trimesh(loose.vertices, loose.faces, process=False)
+    assert mesh.is_watertight
+    assert loose.provenance["silhouette_iou"] > 0.95
+    elbow = body.bone_transforms[body.bone_names.index("lowerarm01.L"), :3, 3]
+    cut = mesh.section(plane_origin=[0, elbow[1] + 0.05, 0], plane_normal=[0, 1, 0])
+    assert len(cut.discrete) >= 3  # two arms and a trunk

@@ -36,7 +36,7 @@ def models(tmp_path_factory):
         for parameter in network.parameters():
             parameter.add_(torch.randn_like(parameter) * 0.05)
     codec = WindowCodec.fit(data, size=12, context_size=5, context_frames=4, windows=300)
-    export_flow(FlowModel(network.eval(), codec), data, folder / "flow.onnx", licence="Apache-2.0", steps=3)
+    export_flow(FlowModel(network.eval(), codec), data, folder / "flow.onnx", licence="Apache-2.0", steps=1, guidance=1.0)
     vae = MotionVAE(data.skeleton, 2, VAESettings(decoder="lie", hidden_size=32, latent_size=6)).eval()
     export_motion(vae, data, folder / "step.onnx", licence="Apache-2.0")
     return {name: MotionModel.load(folder / f"{name}.onnx") for name in ("flow", "step")}

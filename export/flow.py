@@ -19,7 +19,7 @@ from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.io import atomic_path
-from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.kinematics import inverse_kinematics
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT
 from export.motion import OPSET, describe_data
@@ -29,8 +29,8 @@ STEPS = 12
 """Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
 SMALLEST_HALF = 1024
 """Weights of at least this many numbers are stored as float16."""
-FADE_FRAMES = 10
-"""Frames over which what the window misses of the frames it continues fades out."""
+FADE_SECONDS = 1.0
+"""Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/motion.md)."""
 
 
 class WindowGraph(nn.Module):
@@ -43,19 +43,21 @@ class WindowGraph(nn.Module):
     fade: Tensor
     path: Tensor
 
-    def __init__(self, model: FlowModel, skeleton: Skeleton, metres_per_unit: float, steps: int, guidance: float) -> None:
+    def __init__(self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float) -> None:
         super().__init__()
         codec = model.codec
-        self.network, self.skeleton, self.steps, self.guidance = model.network, skeleton, steps, guidance
-        self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, metres_per_unit
+        self.network, self.skeleton, self.steps, self.guidance = model.network, dataset.skeleton, steps, guidance
+        self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, dataset.frame.metres_per_unit
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
         self.register_buffer("context_mean", torch.from_numpy(codec.context.mean))
         self.register_buffer("context_basis", torch.from_numpy((codec.context.basis / codec.context.scale[:, None]).T.copy()))
-        after = np.clip((np.arange(codec.frames) - codec.context_frames + 1) / (FADE_FRAMES + 1), 0, 1)
+        # the fade ends before the frames that a next window continues
+        fade_frames = max(1, min(round(FADE_SECONDS * dataset.fps), codec.frames - 2 * codec.context_frames))
+        after = np.clip((np.arange(codec.frames) - codec.context_frames + 1) / (fade_frames + 1), 0, 1)
         fade = 0.5 * (1 + np.cos(np.pi * after))  # 1 over the given frames, then falling to 0
         self.register_buffer("fade", torch.from_numpy(fade.astype(np.float32))[None, :, None])
-        self.register_buffer("path", torch.from_numpy(skeleton.path_matrix[:, 1:].astype(np.float32)))
+        self.register_buffer("path", torch.from_numpy(dataset.skeleton.path_matrix[:, 1:].astype(np.float32)))
 
     def features(self, joints: Tensor) -> Tensor:
         """`window_features` in torch, for native joints (B, T, J, 3)."""
@@ -156,7 +158,7 @@ def export_flow(
     """
     codec, settings = model.codec, model.network.settings
     joints = dataset.skeleton.n_joints
-    graph = WindowGraph(model, dataset.skeleton, dataset.frame.metres_per_unit, steps, guidance).cpu().eval()
+    graph = WindowGraph(model, dataset, steps, guidance).cpu().eval()
     round_to_half(graph)
     arguments = (
         torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),

@@ -66,7 +66,9 @@ def test_unknown_words_name_the_nearest(capsys, tmp_path):
     assert "--frmaes" in fails(capsys, "actions", "--frmaes", 3)
     line = fails(capsys, "video", "--photo", SAMPLE, "--action", "Walk", "--out", tmp_path, "--from", "fraem")
     assert "did you mean frame" in line
-    assert "unknown data set 'kitti'" in fails(capsys, "data", "kitti", "--data", tmp_path)
+    line = fails(capsys, "data", "kitti", "--data", tmp_path)
+    assert "'kitti'" in line
+    assert "humanact12-fine" in line
     assert "'lots'" in fails(capsys, "cache", "--trim", "lots")
 
 

@@ -132,8 +132,6 @@ def _train_vae(settings: Any) -> int:
     chosen = TrainSettings(**{name: settings[name] for name in TrainSettings.__dataclass_fields__})
     vae: VAESettings = settings.vae
     dataset, unseen = _learned_part(settings)
-    if vae.decoder.startswith("glmi") and not dataset.trajectory:
-        raise InputError(f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; give --vae.decoder lie or plain")
     evaluator = load_evaluator(settings.evaluator) if settings.evaluator else None
     if evaluator is not None:
         evaluator.demand_actions(dataset)

@@ -142,7 +142,7 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
 
 def test_onnx_equals_pytorch(exported, data):
     model, onnx_model = exported
-    graph = WindowGraph(model, data.skeleton, data.frame.metres_per_unit, 3, GUIDANCE).eval()
+    graph = WindowGraph(model, data, 3, GUIDANCE).eval()
     round_to_half(graph)
     rng = np.random.default_rng(1)
     for batch in (1, 5):

@@ -6,8 +6,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import InputError
-
 HELP = "Train a motion model (the papers' VAE or our own flow) or an action classifier; a run goes on where it was stopped."
 EXAMPLES = """examples:
   a2v train motion --dataset cmu --data ../shared/data --out runs/cmu

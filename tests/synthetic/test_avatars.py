@@ -115,7 +115,14 @@ def test_parts_lie_where_they_belong(avatar: Avatar) -> None:
     vertices = avatar.surface().vertices
     middle = {part: vertices[avatar.parts == index].mean(axis=0) for index, part in enumerate(AVATAR_PARTS)}
     assert set(middle) == set(AVATAR_PARTS)
-    assert middle["head"][1] > middle["neck"][1] > middle["torso"][1] > middle["left_thigh"][1] > middle["left_shin"][1] > middle["left_foot"][1]
+    assert (
+        middle["head"][1]
+        > middle["neck"][1]
+        > middle["torso"][1]
+        > middle["left_thigh"][1]
+        > middle["left_shin"][1]
+        > middle["left_foot"][1]
+    )
     for part in ("upper_arm", "lower_arm", "hand", "thigh", "shin", "foot"):
         assert middle[f"left_{part}"][0] > 0 > middle[f"right_{part}"][0]
     assert middle["left_hand"][0] > middle["left_lower_arm"][0] > middle["left_upper_arm"][0] > middle["torso"][0] + 0.05

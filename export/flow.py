@@ -6,9 +6,9 @@ frames and forward kinematics inside. Longer motions and transitions are windows
 
 from __future__ import annotations
 
-import json
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,17 +18,18 @@ from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
-from a2v.io import atomic_path
 from a2v.kinematics import inverse_kinematics
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT
-from export.motion import OPSET, describe_data
+from export.motion import OPSET, describe_data, save_model
 
 FORMAT = "a2v-flow/1"
 STEPS = 12
 """Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
 SMALLEST_HALF = 1024
-"""Weights of at least this many numbers are stored as float16."""
+"""Tensors of at least this many numbers are stored as float16."""
+SMALLEST_BYTES = 16_384
+"""The network's matrices of at least this many numbers are stored as bytes."""
 FADE_SECONDS = 1.0
 """Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/motion.md)."""
 
@@ -102,29 +103,48 @@ class WindowGraph(nn.Module):
         return joints * self.metres_per_unit, inverse_kinematics(joints, self.skeleton)
 
 
-def round_to_half(module: nn.Module) -> None:
-    """Round what `store_as_half` stores, in place, so that storing loses nothing more.
+def _stored_as_bytes(tensor_name: str, shape: Sequence[int]) -> bool:
+    """Matrices of the network, each row with a scale of its own; the bases move joints directly and keep more digits."""
+    return "network" in tensor_name and len(shape) == 2 and math.prod(shape) >= SMALLEST_BYTES
+
+
+def round_to_stored(module: nn.Module) -> None:
+    """Round what `shrink` stores, in place, so that storing loses nothing more.
 
     Small tensors keep float32: the frequencies of the time's waves must not move.
     """
     with torch.no_grad():
-        for tensor in [*module.parameters(), *module.buffers()]:
-            if tensor.is_floating_point() and tensor.numel() >= SMALLEST_HALF:
+        for name, tensor in [*module.named_parameters(), *module.named_buffers()]:
+            if not tensor.is_floating_point() or tensor.numel() < SMALLEST_HALF:
+                continue
+            if _stored_as_bytes(name, tensor.shape):
+                scale = tensor.abs().amax(1, keepdim=True).clamp(min=1e-12) / 127
+                tensor.copy_((tensor / scale).round() * scale)
+            else:
                 tensor.copy_(tensor.half().float())
 
 
-def store_as_half(proto: onnx.ModelProto) -> None:
-    """Store the float32 weights of a graph as float16 with a cast, which halves the file; arithmetic stays float32."""
+def shrink(proto: onnx.ModelProto) -> None:
+    """Store the network's matrices as bytes with a scale a row and other large tensors as float16; arithmetic stays float32.
+
+    Casts and products with scales are constants that onnxruntime folds once when it opens the file.
+    """
     graph = proto.graph
-    casts = []
-    for tensor in graph.initializer:
-        if tensor.data_type != TensorProto.FLOAT or np.prod(tensor.dims) < SMALLEST_HALF:
+    unpacking = []
+    for tensor in list(graph.initializer):
+        if tensor.data_type != TensorProto.FLOAT or math.prod(tensor.dims) < SMALLEST_HALF:
             continue
-        name = tensor.name
-        half = numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float16), f"{name}_half")
-        tensor.CopyFrom(half)
-        casts.append(helper.make_node("Cast", [half.name], [name], to=TensorProto.FLOAT))
-    nodes = [*casts, *graph.node]
+        name, values = tensor.name, numpy_helper.to_array(tensor)
+        if _stored_as_bytes(name, values.shape):
+            scale = np.maximum(np.abs(values).max(1, keepdims=True), np.float32(1e-12)) / np.float32(127)
+            tensor.CopyFrom(numpy_helper.from_array(np.round(values / scale).astype(np.int8), f"{name}_bytes"))
+            graph.initializer.append(numpy_helper.from_array(scale.astype(np.float32), f"{name}_scale"))
+            unpacking.append(helper.make_node("Cast", [f"{name}_bytes"], [f"{name}_cast"], to=TensorProto.FLOAT))
+            unpacking.append(helper.make_node("Mul", [f"{name}_cast", f"{name}_scale"], [name]))
+        else:
+            tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), f"{name}_half"))
+            unpacking.append(helper.make_node("Cast", [f"{name}_half"], [name], to=TensorProto.FLOAT))
+    nodes = [*unpacking, *graph.node]
     del graph.node[:]
     graph.node.extend(nodes)
 
@@ -139,7 +159,7 @@ def export_flow(
     steps: int = STEPS,
     guidance: float = GUIDANCE,
 ) -> None:
-    """Write the ONNX file of `model`, whose weights are rounded to float16 in place.
+    """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
 
     Parameters
     ----------
@@ -159,7 +179,7 @@ def export_flow(
     codec, settings = model.codec, model.network.settings
     joints = dataset.skeleton.n_joints
     graph = WindowGraph(model, dataset, steps, guidance).cpu().eval()
-    round_to_half(graph)
+    round_to_stored(graph)
     arguments = (
         torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),
         torch.rand(2), torch.rand(2, joints),
@@ -172,7 +192,7 @@ def export_flow(
     )  # fmt: skip
     assert program is not None
     proto = program.model_proto
-    store_as_half(proto)
+    shrink(proto)
     counts = np.array([len(clip) for clip in dataset.joints])
     shares = np.minimum(counts / dataset.length, 1)
     metadata = describe_data(dataset, licence=licence) | {
@@ -185,6 +205,4 @@ def export_flow(
         "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
         **(extra or {}),
     }
-    helper.set_model_props(proto, {"a2v": json.dumps(metadata, sort_keys=True)})
-    with atomic_path(path) as temporary:
-        onnx.save(proto, temporary)
+    save_model(proto, metadata, path)

@@ -221,6 +221,27 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
     }
 
 
+def save_model(proto: onnx.ModelProto, metadata: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
+    """Write a graph with its description.
+
+    What the exporter notes about the Python lines behind every node is left out: more bytes than some models' weights,
+    and paths of the machine that trained them.
+    """
+    for node in proto.graph.node:
+        del node.metadata_props[:]
+        node.doc_string = ""
+        for attribute in node.attribute:
+            if attribute.HasField("g"):
+                for inner in attribute.g.node:
+                    del inner.metadata_props[:]
+                    inner.doc_string = ""
+    for value in [*proto.graph.value_info, *proto.graph.input, *proto.graph.output]:
+        del value.metadata_props[:]
+    helper.set_model_props(proto, {"a2v": json.dumps(metadata, sort_keys=True)})
+    with atomic_path(path) as temporary:
+        onnx.save(proto, temporary)
+
+
 def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """The metadata that makes the file usable alone."""
     return describe_data(dataset, licence=licence) | {
@@ -251,6 +272,4 @@ def export_motion(
     if len(dataset.actions) != model.n_actions:
         raise InputError(f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}")
     graph = sequence_model(model.cpu(), dataset.frame.metres_per_unit)
-    helper.set_model_props(graph, {"a2v": json.dumps(describe(model, dataset, licence=licence, extra=extra), sort_keys=True)})
-    with atomic_path(path) as temporary:
-        onnx.save(graph, temporary)
+    save_model(graph, describe(model, dataset, licence=licence, extra=extra), path)

@@ -98,7 +98,7 @@ say "installing the pinned dependencies (about 4 GB unpacked; some minutes the f
 "${pip[@]}" -e '.[dev,dask]' | { grep -v '^Requirement already satisfied' || true; }
 .venv/bin/python -m pip check >/dev/null || say "pip check is not clean: $(.venv/bin/python -m pip check | head -n 3)"
 say "compiling once what the first run would otherwise wait for: the body model, the matting"
-.venv/bin/python -m a2v.body.anny_data >&2
+.venv/bin/python -W ignore -m a2v.body.anny_data >&2
 .venv/bin/python -W ignore -c 'import pymatting' || say "pymatting did not compile ahead; the first run will do it"
 fingerprint >"$stamp"
 say "done"

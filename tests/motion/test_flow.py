@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from a2v.motion import MotionModel
 from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
 from a2v.motion.windows import LinearCode, WindowCodec, window_features
 from export import sample as sample_script
-from export.flow import WindowGraph, export_flow, round_to_half
+from export.flow import WindowGraph, export_flow, round_to_stored
 from tests.motion.test_training import waving
 
 SMALL = FlowSettings(
@@ -143,7 +144,7 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
 def test_onnx_equals_pytorch(exported, data):
     model, onnx_model = exported
     graph = WindowGraph(model, data, 3, GUIDANCE).eval()
-    round_to_half(graph)
+    round_to_stored(graph)
     rng = np.random.default_rng(1)
     for batch in (1, 5):
         windows = ClipSampler(data, 20).windows(rng.integers(0, 8, batch), rng)
@@ -158,6 +159,34 @@ def test_onnx_equals_pytorch(exported, data):
         assert np.abs(joints - expected[0].numpy()).max() < 1e-4
         assert np.abs(rotations - expected[1].numpy()).max() < 1e-3
         assert np.abs(bone_lengths(joints, data.skeleton)[..., 1:] - lengths[:, None, 1:]).max() < 1e-5
+
+
+def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
+    """A wide network: a third of the float32 size, and still what PyTorch computes with the rounded weights."""
+    torch.manual_seed(0)
+    network = FlowNetwork(2, dataclasses.replace(SMALL, width=192))
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.add_(torch.randn_like(parameter) * 0.05)
+    model = FlowModel(network.eval(), codec)
+    before = [parameter.clone() for parameter in network.parameters()]
+    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2)
+    size = 4 * sum(parameter.numel() for parameter in network.parameters())
+    stored = (tmp_path / "wide.onnx").read_bytes()
+    assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes
+    assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
+    moved = [float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)]
+    assert 1e-4 < max(moved) < 0.015
+    graph = WindowGraph(model, data, 2, GUIDANCE).eval()
+    round_to_stored(graph)
+    rng = np.random.default_rng(1)
+    noise, lengths = rng.standard_normal((3, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32)
+    labels, active = np.array([0, 1, 1]), np.ones(3, np.float32)
+    joints, _ = MotionModel.load(tmp_path / "wide.onnx").run_window(labels, active, noise, lengths)
+    with torch.no_grad():
+        nothing = torch.zeros(3, 4, 20, 3)
+        expected, _ = graph(*(torch.from_numpy(x) for x in (noise, labels, active)), nothing, torch.zeros(3), torch.from_numpy(lengths))
+    assert np.abs(joints - expected.numpy()).max() < 1e-4
 
 
 def test_a_window_repeats_the_frames_it_continues(exported, data):

@@ -21,7 +21,7 @@ from a2v.types import FloatArray, IntArray, Motion
 WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
 """Where the shipped networks are."""
 
-BUNDLED = {"cmu": "motion_cmu.onnx", "humanact12": "motion_humanact12.onnx"}
+BUNDLED = {"cmu": "motion_cmu.onnx", "humanact12": "motion_humanact12.onnx", "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx"}
 """Shipped motion models by name."""
 
 MAX_FRAMES = 10_000
@@ -60,7 +60,7 @@ class MotionModel:
         name = os.fspath(model)
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
         if not path.is_file():
-            raise InputError(f"motion model '{name}' not found; give {' or '.join(BUNDLED)}, or an .onnx file exported by a2v")
+            raise InputError(f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v")
         try:
             meta = _session(path).get_modelmeta().custom_metadata_map.get("a2v", "")
             metadata = json.loads(meta)

@@ -21,7 +21,12 @@ from a2v.types import FloatArray, IntArray, Motion
 WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
 """Where the shipped networks are."""
 
-BUNDLED = {"cmu": "motion_cmu.onnx", "humanact12": "motion_humanact12.onnx", "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx"}
+BUNDLED = {
+    "cmu": "motion_cmu.onnx",
+    "humanact12": "motion_humanact12.onnx",
+    "humanact12-fine": "motion_humanact12_fine.onnx",
+    "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
+}
 """Shipped motion models by name."""
 
 MAX_FRAMES = 10_000

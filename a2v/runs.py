@@ -7,6 +7,7 @@ import math
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,38 @@ if TYPE_CHECKING:
 
 FREE_TO_CHANGE = frozenset({"compile", "threads", "device", "checkpoint_seconds", "log_every"})
 """Settings that do not change what is learned, so that a run may be resumed with others."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """What every training's settings have.
+
+    Attributes
+    ----------
+    seed : int
+    threads : int
+        CPU threads; 0 for torch's default.
+    device : str
+        "auto" takes CUDA where there is one.
+    checkpoint_seconds : float
+        Time between checkpoints.
+    log_every : int
+        Iterations between lines of the log.
+    """
+
+    seed: int = 0
+    threads: int = 0
+    device: str = "auto"
+    checkpoint_seconds: float = 180.0
+    log_every: int = 50
+
+    def claim(self) -> torch.device:
+        """Set torch's threads, and return the device to train on."""
+        import torch
+
+        if self.threads:
+            torch.set_num_threads(self.threads)
+        return choose_device(self.device)
 
 
 def choose_device(name: str) -> torch.device:

@@ -223,6 +223,11 @@ class Motion(Record):
             raise InputError("this Motion is a single clip, not a batch")
         return dataclasses.replace(self, joints=self.joints[index], rotations=self.rotations[index], root=self.root[index])
 
+    def first(self, frames: int) -> Motion:
+        """The first `frames` frames, of every clip of a batch; all where there are fewer."""
+        kept = {name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))] for name in ("joints", "rotations", "root")}
+        return dataclasses.replace(self, **kept)
+
 
 @dataclass(frozen=True, kw_only=True)
 class OrthographicCamera(Record):

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset
 from a2v.kinematics import inverse_kinematics
 from a2v.motion.flow import GUIDANCE, FlowModel
-from a2v.motion.windows import ROOT_WEIGHT
+from a2v.motion.windows import ROOT_WEIGHT, window_features
 from export.motion import OPSET, describe_data, save_model
 
 FORMAT = "a2v-flow/1"
@@ -60,12 +60,6 @@ class WindowGraph(nn.Module):
         self.register_buffer("fade", torch.from_numpy(fade.astype(np.float32))[None, :, None])
         self.register_buffer("path", torch.from_numpy(dataset.skeleton.path_matrix[:, 1:].astype(np.float32)))
 
-    def features(self, joints: Tensor) -> Tensor:
-        """`window_features` in torch, for native joints (B, T, J, 3)."""
-        vectors = joints[:, :, 1:] - joints[:, :, self.skeleton.parents[1:].tolist()]
-        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(-1, keepdim=True)), min=1e-8)
-        return torch.cat([joints[:, :, 0] * ROOT_WEIGHT, directions.flatten(2)], -1)
-
     def forward(
         self, noise: Tensor, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor, bone_lengths: Tensor
     ) -> tuple[Tensor, Tensor]:
@@ -84,7 +78,7 @@ class WindowGraph(nn.Module):
         bone_lengths : (B, J)
             Native units.
         """
-        given = self.features((context - context[:, :1, :1]) / self.metres_per_unit)
+        given = window_features((context - context[:, :1, :1]) / self.metres_per_unit, self.skeleton)
         code = (given.flatten(1) - self.context_mean) @ self.context_basis
         condition = self.network.condition(actions, active, code, has_context)
         nothing = torch.full_like(actions, self.network.n_actions)

@@ -23,21 +23,10 @@ from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.kinematics import inverse_kinematics
-from a2v.motion.networks import MotionVAE
+from a2v.motion.networks import MotionVAE, gru_step
 
 FORMAT = "a2v-motion/1"
 OPSET = 18
-
-
-def _gru_step(gru: nn.GRU, layer: int, inputs: Tensor, state: Tensor) -> Tensor:
-    """One step (B, H) of a GRU layer written out, which exports to a handful of nodes."""
-    gates_in = nn.functional.linear(inputs, getattr(gru, f"weight_ih_l{layer}"), getattr(gru, f"bias_ih_l{layer}"))
-    gates_state = nn.functional.linear(state, getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
-    size = gru.hidden_size
-    both = torch.sigmoid(gates_in[:, : 2 * size] + gates_state[:, : 2 * size])
-    reset, update = both[:, :size], both[:, size:]
-    candidate = torch.tanh(gates_in[:, 2 * size :] + reset * gates_state[:, 2 * size :])
-    return candidate + update * (state - candidate)
 
 
 class _OneFrameGRU(nn.Module):
@@ -49,7 +38,7 @@ class _OneFrameGRU(nn.Module):
 
     def forward(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         """Output (B, 1, H) and state (1, B, H) of inputs (B, 1, D)."""
-        new = _gru_step(self.gru, 0, inputs[:, 0], state[0])
+        new = gru_step(self.gru, 0, inputs[:, 0], state[0])
         return new[:, None], new[None]
 
 
@@ -76,10 +65,10 @@ class StepGraph(nn.Module):
         model = self.model
         batch = previous.shape[0]
         context = torch.cat([previous.reshape(batch, -1), action, time], -1)
-        prior = _gru_step(model.prior.gru, 0, model.prior.encoder(context), prior)
+        prior = gru_step(model.prior.gru, 0, model.prior.encoder(context), prior)
         latent = model.prior.mu_net(prior) + torch.exp(0.5 * model.prior.logvar_net(prior)) * noise
-        low = _gru_step(model.generator.gru, 0, model.generator.encoder(torch.cat([context, latent], -1)), low)
-        high = _gru_step(model.generator.gru, 1, low, high)
+        low = gru_step(model.generator.gru, 0, model.generator.encoder(torch.cat([context, latent], -1)), low)
+        high = gru_step(model.generator.gru, 1, low, high)
         outputs = model.generator.decoder(high)
         decoder = model.pose_decoder
         gru = decoder.velocity_gru

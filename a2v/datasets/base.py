@@ -38,6 +38,11 @@ class NativeFrame:
     metres_per_unit: float = 1.0
     signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
+    def flip(self, joints: FloatArray) -> FloatArray:
+        """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own inverse."""
+        flipped: FloatArray = joints * np.asarray(self.signs, dtype=np.float32)
+        return flipped
+
 
 @dataclass(frozen=True, kw_only=True)
 class ActionDataset:

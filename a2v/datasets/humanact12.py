@@ -64,7 +64,7 @@ def load_humanact12(path: str | Path, *, grain: Literal["coarse", "fine"] = "coa
         if match is None or match["code"][: len(codes[0])] not in table:
             raise InputError(f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy (action code after A)")
         array = check_joints(source.read_npy(name), names, f"{source.path}/{name}")
-        joints.append(array * np.asarray(FRAME.signs, dtype=np.float32))
+        joints.append(FRAME.flip(array))
         labels.append(codes.index(match["code"][: len(codes[0])]))
         clips.append(stem)
         subjects.append(f"P{match['subject']}")

@@ -85,7 +85,7 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
         if not isinstance(found, np.ndarray):
             raise InputError(f"{where}: 'joints3d' of track 1 is no array")
         poses = check_joints(found, VIBE_JOINTS, where)[:, list(KEPT_JOINTS)]
-        joints.append(poses * np.asarray(FRAME.signs, dtype=np.float32))
+        joints.append(FRAME.flip(poses))
         labels.append(numbers.index(int(match["action"])))
         clips.append(entry.stem)
         subjects.append(f"P{match['subject']}" if match["subject"] else "unknown")

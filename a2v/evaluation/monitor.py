@@ -30,8 +30,7 @@ def quick_scores(model: MotionVAE, dataset: ActionDataset, evaluator: Evaluator,
     joints = model.sample(actions.to(device), lengths.to(device), noise.to(device)).joints.cpu().numpy()
     joints = joints - joints[:, :1, :1]
     real, _, _ = ClipSampler(dataset, frames).batch(3000, generator)
-    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
-    features, predicted = evaluator(joints * signs)
-    reference, _ = evaluator(real * signs)
+    features, predicted = evaluator(dataset.frame.flip(joints))
+    reference, _ = evaluator(dataset.frame.flip(real))
     speed = np.abs(np.diff(joints, axis=1)).mean() / np.abs(np.diff(real, axis=1)).mean()
     return {"fid": fid(reference, features), "accuracy": accuracy(predicted, labels), "motion": float(speed)}

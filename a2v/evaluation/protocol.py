@@ -99,7 +99,6 @@ def recorded(dataset: ActionDataset) -> Generate:
         When called for an action that the data has no clip of.
     """
     sampler = ClipSampler(dataset, dataset.length)
-    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
 
     def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
         clips = np.zeros(len(labels), dtype=np.int64)
@@ -109,8 +108,7 @@ def recorded(dataset: ActionDataset) -> Generate:
                 raise InputError(f"{dataset.name} has no clip of '{dataset.actions[label]}' here")
             wanted = labels == label
             clips[wanted] = generator.choice(own, int(wanted.sum()))
-        motions: FloatArray = sampler.windows(clips, generator) * signs
-        return motions
+        return dataset.frame.flip(sampler.windows(clips, generator))
 
     return generate
 
@@ -143,7 +141,6 @@ def evaluate(
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
     sampler = ClipSampler(dataset, dataset.length)
-    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
     present = np.unique(dataset.labels)
     names = ["Real motions", *models]
     values: dict[str, dict[str, list[float]]] = {name: {metric: [] for metric in METRICS} for name in names}
@@ -151,11 +148,11 @@ def evaluate(
     for repeat in range(settings.repeats):
         generator = np.random.default_rng([settings.seed, repeat])
         reference, _, _ = sampler.batch(settings.clips, generator)
-        real, _ = evaluator(reference * signs, state=settings.state, generator=generator)
+        real, _ = evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)
         for done, name in enumerate(names):
             if name == "Real motions":
                 motions, labels, _ = sampler.batch(settings.clips, generator)
-                motions = motions * signs
+                motions = dataset.frame.flip(motions)
             else:
                 clips = generator.integers(0, len(dataset), settings.clips)
                 uniform = settings.labels == "uniform"
@@ -168,7 +165,7 @@ def evaluate(
             row["diversity"].append(diversity(features, generator))
             row["multimodality"].append(multimodality(features, labels, generator))
             if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
-                world = motions[: settings.physics_clips] * signs * np.float32(dataset.frame.metres_per_unit)
+                world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(dataset.frame.metres_per_unit)
                 physics[name] = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
             if progress is not None:
                 progress(repeat * len(names) + done + 1, settings.repeats * len(names))

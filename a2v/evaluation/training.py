@@ -17,14 +17,14 @@ from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.evaluation.classifier import ActionClassifier, Evaluator, load_evaluator
 from a2v.evaluation.metrics import accuracy
-from a2v.runs import Run, choose_device, cosine_decay, identity, set_rate
+from a2v.runs import Run, RunSettings, cosine_decay, identity, set_rate
 
 FILE = "classifier.pt"
 """Checkpoint of a run, and at its end the classifier that `load_evaluator` reads."""
 
 
 @dataclass(frozen=True)
-class ClassifierSettings:
+class ClassifierSettings(RunSettings):
     """How a classifier is trained.
 
     Attributes
@@ -34,11 +34,6 @@ class ClassifierSettings:
         AdamW, with a cosine decay to a hundredth.
     clip_gradient : float
         Largest norm of the gradient.
-    seed, threads : int
-    device : str
-        "auto" takes CUDA where there is one.
-    checkpoint_seconds : float
-    log_every : int
     """
 
     iterations: int = 1500
@@ -46,11 +41,7 @@ class ClassifierSettings:
     learning_rate: float = 2e-3
     weight_decay: float = 1e-4
     clip_gradient: float = 1.0
-    seed: int = 0
-    threads: int = 0
-    device: str = "auto"
     checkpoint_seconds: float = 60.0
-    log_every: int = 50
 
     def __post_init__(self) -> None:
         if min(self.iterations, self.batch_size, self.log_every) < 1:
@@ -61,7 +52,7 @@ def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows:
     """Share of right answers on random windows of clips (zero first state), `windows` of each."""
     clips = np.tile(np.arange(len(held_out)), windows)
     joints = ClipSampler(held_out, held_out.length).windows(clips, np.random.default_rng(seed))
-    _, predicted = evaluator(joints * np.asarray(held_out.frame.signs, dtype=np.float32))
+    _, predicted = evaluator(held_out.frame.flip(joints))
     return accuracy(predicted, held_out.labels[clips])
 
 
@@ -96,9 +87,7 @@ def train_classifier(
         The run in `folder` was made with other data or settings, or training diverges.
     """
     settings = settings or ClassifierSettings()
-    if settings.threads:
-        torch.set_num_threads(settings.threads)
-    device = choose_device(settings.device)
+    device = settings.claim()
     path = Path(folder) / FILE
     made_with = identity(settings, digest=dataset.digest) | {"frames": dataset.length}
     run = Run(path, made_with, settings.checkpoint_seconds)
@@ -115,7 +104,6 @@ def train_classifier(
         if iteration >= settings.iterations:  # finished: the file stays as it is, so that its digest names it
             return load_evaluator(path)
     sampler = ClipSampler(dataset, dataset.length)
-    signs = np.asarray(dataset.frame.signs, dtype=np.float32)
 
     def save() -> None:
         info = {
@@ -134,7 +122,7 @@ def train_classifier(
             generator = np.random.default_rng([settings.seed, iteration])
             joints, labels, _ = sampler.batch(settings.batch_size, generator)
             state = generator.standard_normal((2, len(joints), network.recurrent.hidden_size), dtype=np.float32)
-            batch, first, wanted = (torch.from_numpy(x).to(device) for x in (joints * signs, state, labels))
+            batch, first, wanted = (torch.from_numpy(x).to(device) for x in (dataset.frame.flip(joints), state, labels))
             _, logits = network(batch.flatten(2), first)
             loss = nn.functional.cross_entropy(logits, wanted)
             set_rate(optimizer, settings.learning_rate * cosine_decay(iteration / settings.iterations, 0.01))

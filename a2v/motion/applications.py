@@ -57,11 +57,10 @@ def interpolate(
     names = model.check_request(action, frames, rows)
     first, second = (np.random.default_rng(seed) for seed in seeds)
     share = np.linspace(0, 1, rows)
-    steps = model.metadata["format"] == "a2v-motion/1"
 
     def noise(shape: tuple[int, ...]) -> FloatArray:
         a, b = (generator.standard_normal((1, *shape[1:]), dtype=np.float32)[0] for generator in (first, second))
-        if not steps:
+        if model.makes_windows:
             return between(a, b, share, linear=linear)
         mixed = np.repeat(a[None], rows, axis=0)
         mixed[:, 0] = between(a[0], b[0], share, linear=linear)

@@ -20,7 +20,7 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.motion.windows import WindowCodec, window_features
-from a2v.runs import Run, choose_device, cosine_decay, identity, read_checkpoint, set_rate
+from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, set_rate
 
 FILE = "flow.pt"
 STORED = ("network", "averaged", "optimizer", "iteration", "settings", "codec", "log")
@@ -29,7 +29,7 @@ GUIDANCE = 1.5
 
 
 @dataclass(frozen=True)
-class FlowSettings:
+class FlowSettings(RunSettings):
     """Sizes and training of the flow.
 
     Attributes
@@ -56,11 +56,6 @@ class FlowSettings:
         Decay of the exponential moving average of the weights that is kept.
     pool : int
         Windows that are encoded at a time.
-    seed, threads : int
-    device : str
-        "auto" takes CUDA where there is one.
-    checkpoint_seconds : float
-    log_every : int
     """
 
     code_size: int = 384
@@ -79,11 +74,6 @@ class FlowSettings:
     half: bool = False
     average: float = 0.998
     pool: int = 6000
-    seed: int = 0
-    threads: int = 0
-    device: str = "auto"
-    checkpoint_seconds: float = 180.0
-    log_every: int = 50
 
     def __post_init__(self) -> None:
         if min(self.code_size, self.context_size, self.context_frames, self.width, self.blocks, self.iterations, self.batch_size) < 1:
@@ -240,9 +230,7 @@ def train_flow(
         Called with the averaged model and the mean loss since the last call, every `log_every` iterations.
     """
     settings = settings or FlowSettings()
-    if settings.threads:
-        torch.set_num_threads(settings.threads)
-    device = choose_device(settings.device)
+    device = settings.claim()
     run = Run(Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
     torch.manual_seed(settings.seed)
     network, averaged = (FlowNetwork(len(dataset.actions), settings).to(device) for _ in range(2))

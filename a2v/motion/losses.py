@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import torch
 from torch import Tensor
 
-from a2v.motion.networks import Reconstruction
+from a2v.motion.networks import Reconstruction, shifted
 
 ReconstructionLoss = Literal["norm", "mse"]
 
@@ -47,6 +47,6 @@ def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: Recons
     if result.pose.velocity is None:
         return Losses(rec, kl, rec.new_zeros(()))
     root = joints[:, :, 0]
-    velocity = root - torch.cat([torch.zeros_like(root[:, :1]), root[:, :-1]], 1)
+    velocity = root - shifted(root)
     alignment = torch.sqrt(((result.pose.velocity - velocity) ** 2).sum(-1) + 1e-12).mean()
     return Losses(rec, kl, alignment)

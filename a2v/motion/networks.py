@@ -169,20 +169,20 @@ class PoseDecoder(nn.Module):
 DecodeStep = Callable[[Tensor, Tensor, Tensor, list[Tensor]], tuple[Tensor, Tensor | None, list[Tensor]]]
 
 
-def gru_step(inputs: Tensor, state: Tensor, gru: nn.GRU, layer: int) -> Tensor:
-    """New state (B, H) of one layer for inputs (B, D): written out, since a compiler can fuse this and not nn.GRU."""
-    weights = dict(gru.named_parameters())
-    given = nn.functional.linear(inputs, weights[f"weight_ih_l{layer}"], weights[f"bias_ih_l{layer}"]).chunk(3, -1)
-    kept = nn.functional.linear(state, weights[f"weight_hh_l{layer}"], weights[f"bias_hh_l{layer}"]).chunk(3, -1)
-    reset = torch.sigmoid(given[0] + kept[0])
-    update = torch.sigmoid(given[1] + kept[1])
-    candidate = torch.tanh(given[2] + reset * kept[2])
+def gru_step(gru: nn.GRU, layer: int, inputs: Tensor, state: Tensor) -> Tensor:
+    """New state (B, H) of one layer for inputs (B, D), written out: it compiles, and exports to a handful of nodes; nn.GRU does neither."""
+    gates_in = nn.functional.linear(inputs, getattr(gru, f"weight_ih_l{layer}"), getattr(gru, f"bias_ih_l{layer}"))
+    gates_state = nn.functional.linear(state, getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
+    size = gru.hidden_size
+    both = torch.sigmoid(gates_in[:, : 2 * size] + gates_state[:, : 2 * size])
+    reset, update = both[:, :size], both[:, size:]
+    candidate = torch.tanh(gates_in[:, 2 * size :] + reset * gates_state[:, 2 * size :])
     return candidate + update * (state - candidate)
 
 
-def shifted(joints: Tensor) -> Tensor:
-    """The poses before each frame: (B, T, J, 3) moved on by one, zeros first."""
-    return torch.cat([torch.zeros_like(joints[:, :1]), joints[:, :-1]], 1)
+def shifted(frames: Tensor) -> Tensor:
+    """What comes before each frame: (B, T, ...) moved on by one, zeros first."""
+    return torch.cat([torch.zeros_like(frames[:, :1]), frames[:, :-1]], 1)
 
 
 class States(NamedTuple):
@@ -281,8 +281,8 @@ class MotionVAE(nn.Module):
         """
         weights = self.generator.encoder.weight[:, : 3 * self.skeleton.n_joints]
         hidden = encoded + nn.functional.linear(previous.flatten(1), weights)
-        first = gru_step(hidden, states[0], self.generator.gru, 0)
-        second = gru_step(first, states[1], self.generator.gru, 1)
+        first = gru_step(self.generator.gru, 0, hidden, states[0])
+        second = gru_step(self.generator.gru, 1, first, states[1])
         outputs = self.generator.decoder(second)[:, None]
         pose = self.pose_decoder(outputs, previous[:, None], lengths, states[2][None])
         trajectory = states[2] if pose.state is None else pose.state[0]

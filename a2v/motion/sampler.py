@@ -106,7 +106,12 @@ class MotionModel:
     @property
     def digest(self) -> str:
         """SHA-256 of the file."""
-        return sha256(self.path)
+        return _cached_digest(str(self.path), self.path.stat().st_mtime_ns)
+
+    @property
+    def makes_windows(self) -> bool:
+        """Whether noise becomes whole windows (a flow); otherwise one frame follows the other (a VAE)."""
+        return bool(self.metadata["format"] == _WINDOW)
 
     def label(self, action: str) -> int:
         """Index of an action; case, spaces, hyphens and underscores don't matter.
@@ -116,8 +121,8 @@ class MotionModel:
         InputError
             Unknown action; the message names the nearest ones.
         """
-        plain = {_plain(name): index for index, name in enumerate(self.actions)}
-        wanted = _plain(action)
+        plain = {plain_name(name): index for index, name in enumerate(self.actions)}
+        wanted = plain_name(action)
         if wanted in plain:
             return plain[wanted]
         near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
@@ -155,7 +160,7 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = generator if not isinstance(generator, np.random.Generator) else functools.partial(_normal, generator)
-        if self.metadata["format"] == _WINDOW:
+        if self.makes_windows:
             joints, rotations = self._continue_windows(labels, lengths, noise, start)
         else:
             drawn = noise((*labels.shape, self.metadata["latent_size"]))
@@ -181,7 +186,7 @@ class MotionModel:
             At most one window.
         generator : numpy Generator
         """
-        if self.metadata["format"] == _STEP:
+        if not self.makes_windows:
             return self.generate(np.repeat(labels[:, None], frames, axis=1), lengths, generator)[0]
         if frames > self.metadata["window_frames"]:
             raise InputError(f"{self.path.name} makes windows of {self.metadata['window_frames']} frames; {frames} were asked for")
@@ -469,7 +474,8 @@ def _normal(generator: np.random.Generator, shape: tuple[int, ...]) -> FloatArra
     return generator.standard_normal(shape, dtype=np.float32)
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
+    """An action's name without case, spaces, hyphens and underscores: what two ways to write it share."""
     return "".join(character for character in name.lower() if character.isalnum())
 
 
@@ -481,6 +487,11 @@ def _cached_session(path: str, _modified: int, threads: int) -> Any:
     options.intra_op_num_threads = threads
     options.log_severity_level = 3
     return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+
+@functools.lru_cache(maxsize=8)
+def _cached_digest(path: str, _modified: int) -> str:
+    return sha256(path)
 
 
 def _session(path: Path, threads: int = 1) -> Any:

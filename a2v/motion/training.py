@@ -17,7 +17,7 @@ from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.motion.losses import ReconstructionLoss, vae_losses
 from a2v.motion.networks import DecodeStep, MotionVAE, VAESettings
-from a2v.runs import Run, choose_device, cosine_decay, identity, set_rate
+from a2v.runs import Run, RunSettings, cosine_decay, identity, set_rate
 
 FILE = "checkpoint.pt"
 KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
@@ -25,7 +25,7 @@ KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
 
 
 @dataclass(frozen=True)
-class TrainSettings:
+class TrainSettings(RunSettings):
     """How the VAE is trained; the defaults are the journal paper's.
 
     Attributes
@@ -51,18 +51,9 @@ class TrainSettings:
         Eq. 13, or the published code's, which its weights of the KL term were tuned for (see docs/motion.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit (the paper's).
-    seed : int
     compile : bool
         Compile the step of sequences that are fed their own poses: 2.5 times the speed on a CPU after a minute of
         compiling. Needs a C++ compiler.
-    threads : int
-        CPU threads; 0 for torch's default.
-    device : str
-        "auto" takes CUDA where there is one.
-    checkpoint_seconds : float
-        Time between checkpoints.
-    log_every : int
-        Iterations between lines of the log.
     """
 
     iterations: int = 50_000
@@ -78,12 +69,7 @@ class TrainSettings:
     align_weight: float = 10.0
     reconstruction: ReconstructionLoss = "mse"
     clip_gradient: float = 0.0
-    seed: int = 0
     compile: bool = False
-    threads: int = 0
-    device: str = "auto"
-    checkpoint_seconds: float = 180.0
-    log_every: int = 50
 
     def __post_init__(self) -> None:
         if not 0 <= self.teacher_forcing <= 1:
@@ -122,7 +108,7 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
         # NTU-VIBE's roots sway by centimetres and go nowhere: no use
         raise InputError(f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'")
     torch.manual_seed(settings.seed)
-    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(choose_device(settings.device))
+    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(settings.claim())
     optimizer = torch.optim.Adam(model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
     return TrainState(model, optimizer, np.random.default_rng(settings.seed))
 
@@ -180,8 +166,6 @@ def train(
         Called with the state and the mean terms since the last call, every `log_every` iterations.
     """
     vae, settings = vae or VAESettings(), settings or TrainSettings()
-    if settings.threads:
-        torch.set_num_threads(settings.threads)
     run = Run(Path(folder) / FILE, identity(vae, settings, digest=dataset.digest), settings.checkpoint_seconds)
     state = start(dataset, vae, settings)
     content = run.resume(("model", "optimizer", "generator", "iteration", "log"))

@@ -11,23 +11,25 @@ from scipy.sparse.linalg import eigsh
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, bone_vectors
+from a2v.kinematics.so3 import Array, namespace
 from a2v.types import FloatArray
 
 ROOT_WEIGHT = 3.0
 """Weight of the root's path against the unit bone directions in the basis."""
 
 
-def window_features(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Features (..., T, 3 J) float32 of native joints (..., T, J, 3) whose first root is the origin.
+def window_features(joints: Array, skeleton: Skeleton) -> Array:
+    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the origin, for numpy and torch.
 
     The first 3 are the weighted root, the others the unit directions of the bones, which leaves bone lengths out;
     a bone of zero length has the direction zero.
     """
+    xp = namespace(joints)
     vectors = bone_vectors(joints, skeleton)[..., 1:, :]
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    directions = vectors / np.where(length < 1e-8, 1, length)
+    length = xp.sqrt((vectors * vectors).sum(-1))[..., None]
+    directions = vectors / xp.where(length < 1e-8, xp.ones_like(length), length)
     flat = directions.reshape(*directions.shape[:-2], -1)
-    features: FloatArray = np.concatenate([joints[..., 0, :] * np.float32(ROOT_WEIGHT), flat], axis=-1).astype(np.float32)
+    features: Array = xp.concatenate([joints[..., 0, :] * ROOT_WEIGHT, flat], -1)
     return features
 
 

@@ -168,8 +168,6 @@ def first_frames(path: str, frames: int | None) -> Motion:
     InputError
         The file is unreadable, or has not so many frames.
     """
-    import dataclasses
-
     from a2v.animation import read_motion
 
     motion = read_motion(path)
@@ -179,7 +177,7 @@ def first_frames(path: str, frames: int | None) -> Motion:
         return motion
     if not 1 <= frames <= motion.frames:
         raise InputError(f"start_frames is {frames}; {path} has {motion.frames} frames")
-    return dataclasses.replace(motion, joints=motion.joints[:frames], rotations=motion.rotations[:frames], root=motion.root[:frames])
+    return motion.first(frames)
 
 
 def native(model: MotionModel, settings: Any) -> dict[str, Any]:

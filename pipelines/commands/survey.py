@@ -45,22 +45,14 @@ def run(settings: Any) -> int:
     """Write the page, or print the table."""
     if settings.analyse:
         return _analyse(settings)
-    import sys
-
-    from tqdm import tqdm
-
     from a2v.evaluation.survey import SurveySettings, write_survey
+    from pipelines.bar import bar
 
     if settings.out is None:
         raise InputError("give --out survey.html, or answers to --analyse")
     chosen = SurveySettings(**{name: settings[name] for name in SurveySettings.__dataclass_fields__})
     sources = _sources(settings, chosen.preference + chosen.real_or_fake)
-    with tqdm(desc="survey", unit="clip", file=sys.stderr) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
+    with bar("survey", "clip") as progress:
         key = write_survey(settings.out, sources, chosen, progress=progress)
     print(settings.out)
     print(key)
@@ -72,6 +64,7 @@ def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]
     from a2v.animation import read_motion
     from a2v.evaluation.survey import REAL
     from a2v.motion import MotionModel
+    from a2v.motion.sampler import plain_name
 
     if not 2 <= settings.frames <= 1000:
         raise InputError(f"frames is {settings.frames}; expected 2 to 1000")
@@ -95,12 +88,12 @@ def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]
             raise InputError(f"--motions is '{entry}'; expected NAME=FILE")
         motion = read_motion(path)
         clips = [motion[index] for index in np.ndindex(motion.batch)] if motion.batch else [motion]
-        others.setdefault(name, {}).setdefault(motion.action, []).extend(_cut(clip, settings.frames) for clip in clips)
+        others.setdefault(name, {}).setdefault(motion.action, []).extend(clip.first(settings.frames) for clip in clips)
     if actions is None:
         actions = sorted({action for own in others.values() for action in own})
     if REAL in sources:
-        known = {_plain(name): name for name in sources[REAL]}
-        actions = [known.get(_plain(name), name) for name in actions]
+        known = {plain_name(name): name for name in sources[REAL]}
+        actions = [known.get(plain_name(name), name) for name in actions]
         sources[REAL] = {name: sources[REAL][name] for name in actions if name in sources[REAL]}
     clips_each = max(1, -(-questions // max(len(actions), 1)))
     for place, (name, model) in enumerate(models.items()):
@@ -110,13 +103,9 @@ def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]
             batch = model.sample(action, frames=frames, count=clips_each + 1, seed=settings.seed * 1000 + place * 100 + index)
             sources[name][action] = [batch[i] for i in range(clips_each)]
     for name, own in others.items():
-        known = {_plain(action): action for action in actions}
-        sources[name] = {known[_plain(action)]: clips for action, clips in own.items() if _plain(action) in known}
+        known = {plain_name(action): action for action in actions}
+        sources[name] = {known[plain_name(action)]: clips for action, clips in own.items() if plain_name(action) in known}
     return sources
-
-
-def _plain(name: str) -> str:
-    return "".join(character for character in name.lower() if character.isalnum())
 
 
 def _real_clips(settings: Any, questions: int) -> tuple[dict[str, list[Motion]], dict[str, int]]:
@@ -137,14 +126,8 @@ def _real_clips(settings: Any, questions: int) -> tuple[dict[str, list[Motion]],
         lengths[action] = int(min(settings.frames, np.median(counts[own])))
         long = own[counts[own] >= lengths[action]]
         picked = generator.permutation(long)[: -(-questions // len(dataset.actions)) + 1]
-        clips[action] = [_cut(dataset.motion(int(index)), lengths[action]) for index in picked]
+        clips[action] = [dataset.motion(int(index)).first(lengths[action]) for index in picked]
     return clips, lengths
-
-
-def _cut(motion: Motion, frames: int) -> Motion:
-    import dataclasses
-
-    return dataclasses.replace(motion, joints=motion.joints[:frames], rotations=motion.rotations[:frames], root=motion.root[:frames])
 
 
 def _analyse(settings: Any) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +64,20 @@ def _learned_part(settings: Any) -> tuple[Any, dict[str, list[str]]]:
     return training, {"held_out": sorted(set(unseen.subjects)) if unseen is not None else []}
 
 
+@contextmanager
+def _training_bar(name: str, iterations: int) -> Iterator[Callable[[Mapping[str, float], Mapping[str, float]], None]]:
+    """A bar as a context; its value is called with a row of the log and the numbers of it that are shown."""
+    from tqdm import tqdm
+
+    with tqdm(total=iterations, desc=f"train {name}", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+
+        def show(row: Mapping[str, float], numbers: Mapping[str, float]) -> None:
+            bar.update(int(row["iteration"]) - bar.n)
+            bar.set_postfix({name: f"{value:.3g}" for name, value in numbers.items()})
+
+        yield show
+
+
 def _train_classifier(settings: Any) -> int:
     from a2v.evaluation.training import FILE
     from pipelines.motion_data import hold_out, open_dataset
@@ -74,15 +90,12 @@ def _train_classifier(settings: Any) -> int:
 
 def run_classifier(training: Any, unseen: Any, out: Path, chosen: Any) -> Any:
     """Train a classifier with a bar; print its accuracy on the clips of `unseen`, if any. Returns the `Evaluator`."""
-    from tqdm import tqdm
-
     from a2v.evaluation.training import train_classifier
 
-    with tqdm(total=chosen.iterations, desc=f"train {training.name} classifier", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+    with _training_bar(f"{training.name} classifier", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:
-            bar.update(int(row["iteration"]) - bar.n)
-            bar.set_postfix({name: f"{row[name]:.3g}" for name in ("loss", "accuracy") if name in row})
+            show(row, {name: row[name] for name in ("loss", "accuracy") if name in row})
 
         evaluator = train_classifier(training, out, held_out=unseen, settings=chosen, on_log=on_log)
     if unseen is not None:
@@ -97,19 +110,16 @@ def run_classifier(training: Any, unseen: Any, out: Path, chosen: Any) -> Any:
 
 
 def _train_flow(settings: Any) -> int:
-    from tqdm import tqdm
-
     from a2v.motion.flow import FlowSettings, train_flow
     from export.flow import export_flow
 
     chosen: FlowSettings = settings.flow
     dataset, unseen = _learned_part(settings)
     out = Path(settings.out)
-    with tqdm(total=chosen.iterations, desc=f"train {dataset.name} flow", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+    with _training_bar(f"{dataset.name} flow", chosen.iterations) as show:
 
         def on_log(_: object, row: dict[str, float]) -> None:
-            bar.update(int(row["iteration"]) - bar.n)
-            bar.set_postfix(loss=f"{row['loss']:.4f}")
+            show(row, {"loss": row["loss"]})
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
     extra = {"training": vars(chosen), "guidance": settings.guidance} | unseen
@@ -119,8 +129,6 @@ def _train_flow(settings: Any) -> int:
 
 
 def _train_vae(settings: Any) -> int:
-    from tqdm import tqdm
-
     from a2v.evaluation.classifier import load_evaluator
     from a2v.evaluation.monitor import quick_scores
     from a2v.motion.networks import VAESettings
@@ -134,16 +142,14 @@ def _train_vae(settings: Any) -> int:
     if evaluator is not None:
         evaluator.demand_actions(dataset)
     out = Path(settings.out)
-    with tqdm(total=chosen.iterations, desc=f"train {dataset.name} {vae.decoder}", unit="it", file=sys.stderr, smoothing=0.05) as bar:
+    with _training_bar(f"{dataset.name} {vae.decoder}", chosen.iterations) as show:
         scores: dict[str, float] = {}
 
         def on_log(state: TrainState, row: dict[str, float]) -> None:
-            bar.update(state.iteration - bar.n)
             if evaluator is not None and (state.iteration % (10 * chosen.log_every) == 0 or state.iteration == chosen.iterations):
                 scores.update(quick_scores(state.model, dataset, evaluator))
                 row |= scores
-            shown = {"rec": row["reconstruction"], "kl": row["kl"]} | scores
-            bar.set_postfix({name: f"{value:.3g}" for name, value in shown.items()})
+            show(row, {"rec": row["reconstruction"], "kl": row["kl"]} | scores)
 
         model = train(dataset, out, vae=vae, settings=chosen, on_log=on_log)
     export_motion(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 from a2v.types import Motion
 from pipelines.memo import memo
 from pipelines.store import File, Ref, put
@@ -30,4 +28,4 @@ def recorded(motion_file: File, action: str, frames: int, fps: float | None) -> 
         made = made[(0,) * len(made.batch)]
     rate = fps or min(made.fps, 30.0)
     made = resample_motion(made, rate)
-    return put(dataclasses.replace(made, joints=made.joints[:frames], rotations=made.rotations[:frames], root=made.root[:frames]))
+    return put(made.first(frames))

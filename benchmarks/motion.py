@@ -40,8 +40,9 @@ from a2v.io import atomic_path
 from a2v.kinematics import HUMANACT12, Skeleton, forward_kinematics
 from a2v.motion.losses import gaussian_kl
 from a2v.motion.networks import DECODERS, GaussianGRU, MotionVAE, VAESettings
-from a2v.motion.sampler import BUNDLED, WEIGHTS
+from a2v.motion.sampler import BUNDLED
 from a2v.motion.training import TrainSettings, start, train_step
+from a2v.sessions import WEIGHTS
 from export.motion import export_motion
 from export.sample import Model
 

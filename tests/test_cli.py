@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from a2v.motion import BUNDLED
-from a2v.motion.sampler import WEIGHTS
+from a2v.sessions import WEIGHTS
 from pipelines.cli import COMMANDS, available, main
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import functools
-import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,12 +13,9 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import sha256
 from a2v.kinematics import Skeleton, inverse_kinematics, skeleton_of
+from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
 from a2v.types import FloatArray, IntArray, Motion
-
-WEIGHTS = Path(__file__).resolve().parent.parent / "weights"
-"""Where the shipped networks are."""
 
 BUNDLED = {
     "cmu": "motion_cmu.onnx",
@@ -66,15 +62,7 @@ class MotionModel:
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
         if not path.is_file():
             raise InputError(f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v")
-        try:
-            meta = _session(path).get_modelmeta().custom_metadata_map.get("a2v", "")
-            metadata = json.loads(meta)
-        except InputError:
-            raise
-        except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
-            raise InputError(f"{path} is no motion model of a2v ({type(error).__name__})") from None
-        if metadata.get("format") not in (_STEP, _WINDOW):
-            raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {_STEP} and {_WINDOW}")
+        metadata = read_metadata(path, (_STEP, _WINDOW), "motion model")
         return cls(path, metadata)
 
     @property
@@ -106,7 +94,7 @@ class MotionModel:
     @property
     def digest(self) -> str:
         """SHA-256 of the file."""
-        return _cached_digest(str(self.path), self.path.stat().st_mtime_ns)
+        return file_digest(self.path)
 
     @property
     def makes_windows(self) -> bool:
@@ -204,7 +192,7 @@ class MotionModel:
             "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        joints, rotations = open_session(self.path).run(["joints", "rotations"], feed)
         return joints, rotations
 
     def _continue_steps(self, labels: IntArray, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -214,7 +202,7 @@ class MotionModel:
         native = ((start - start[:, :1, :1]) / unit).astype(np.float32)
         time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
         states = initial_feed(self.metadata, count)
-        session, names = _session(self.path), [f"last_{name}" for name in _STATES]
+        session, names = open_session(self.path), [f"last_{name}" for name in _STATES]
         feed: dict[str, np.ndarray] = {"noise": np.asarray(noise, np.float32), "actions": np.asarray(labels, np.int64), "time": time}
         body = {"bone_lengths": np.asarray(lengths, np.float32)}
         for t in range(given):
@@ -254,7 +242,7 @@ class MotionModel:
             "has_context": np.full(count, context is not None, dtype=np.float32),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = _session(self.path).run(["joints", "rotations"], feed)
+        joints, rotations = open_session(self.path).run(["joints", "rotations"], feed)
         return joints, rotations
 
     def active_share(self, label: int) -> float:
@@ -477,25 +465,6 @@ def _normal(generator: np.random.Generator, shape: tuple[int, ...]) -> FloatArra
 def plain_name(name: str) -> str:
     """An action's name without case, spaces, hyphens and underscores: what two ways to write it share."""
     return "".join(character for character in name.lower() if character.isalnum())
-
-
-@functools.lru_cache(maxsize=8)
-def _cached_session(path: str, _modified: int, threads: int) -> Any:
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.log_severity_level = 3
-    return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
-
-
-@functools.lru_cache(maxsize=8)
-def _cached_digest(path: str, _modified: int) -> str:
-    return sha256(path)
-
-
-def _session(path: Path, threads: int = 1) -> Any:
-    return _cached_session(str(path), path.stat().st_mtime_ns, threads)
 
 
 def initial_feed(metadata: dict[str, Any], count: int) -> dict[str, FloatArray]:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from a2v.motion import BUNDLED, MotionModel
-from a2v.motion.sampler import WEIGHTS
+from a2v.sessions import WEIGHTS
 from a2v.types import Motion
 from export import sample as sample_script
 

@@ -1,0 +1,58 @@
+"""Opening the ONNX files that a2v samples and reconstructs with."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from a2v.errors import InputError
+from a2v.io import sha256
+
+WEIGHTS = Path(__file__).resolve().parent / "weights"
+"""Folder of the shipped models."""
+
+
+def open_session(path: Path, threads: int = 1) -> Any:
+    """The `onnxruntime.InferenceSession` of a file, on the CPU; the last few are kept. Raises what onnxruntime raises."""
+    return _cached_session(str(path), path.stat().st_mtime_ns, threads)
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file; computed once, and again when the file changes."""
+    return _cached_digest(str(path), path.stat().st_mtime_ns)
+
+
+def read_metadata(path: Path, formats: Collection[str], what: str) -> dict[str, Any]:
+    """What an ONNX file of ours says of itself.
+
+    Raises
+    ------
+    InputError
+        The file is no `what` ("motion model") of a2v, or its "format" is none of `formats`.
+    """
+    try:
+        text = open_session(path).get_modelmeta().custom_metadata_map.get("a2v", "")
+        metadata = json.loads(text)
+    except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
+        raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None
+    if metadata.get("format") not in formats:
+        raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {' and '.join(formats)}")
+    return dict(metadata)
+
+
+@functools.lru_cache(maxsize=8)
+def _cached_session(path: str, _modified: int, threads: int) -> Any:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+
+@functools.lru_cache(maxsize=8)
+def _cached_digest(path: str, _modified: int) -> str:
+    return sha256(path)

@@ -1,21 +1,25 @@
 """From the person in the photo to a closed, coloured surface.
 
-Backends give the same `a2v.types.Surface`: `body_prior_surface` pushes a fitted body out to the silhouette. `color_surface` colours
+Backends give the same `a2v.types.Surface`: `body_prior_surface` pushes a fitted body out to the silhouette. `extract_surface` makes a
+closed mesh from any signed distance field. `color_surface` colours
 any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhere. Heavy packages are imported when first used.
 """
 
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.sheet import surface_sheet
 from a2v.reconstruction.visibility import silhouette_iou, visible_vertices
 
 __all__ = [
     "ColorSettings",
     "ColorSolution",
+    "ExtractionSettings",
     "SurfaceSettings",
     "body_prior_surface",
     "color_surface",
+    "extract_surface",
     "silhouette_iou",
     "solve_colors",
     "surface_sheet",

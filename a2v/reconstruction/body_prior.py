@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.reconstruction.extraction import mesh_grid, piece_of_faces
 from a2v.reconstruction.visibility import cast_depth, raycasting_scene, silhouette_iou, vertex_normals
 from a2v.reconstruction.volume import Grid, signed_distance
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -92,7 +93,7 @@ def body_prior_surface(
     person = mask > 0.5
     if person.sum() < 64:
         raise InputError("the subject's mask is empty; expected the person in it")
-    skin, faces, parts = _skin(body)
+    skin, faces, parts = outer_skin(body)
     before = silhouette_iou(skin, faces, camera, mask)
     if before < 0.2:
         raise InputError(f"body and mask overlap by {before:.0%} only; fit the body to this photo first (a2v.body.fit_body)")
@@ -127,20 +128,14 @@ def body_prior_surface(
     )
 
 
-def _skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
+def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
     """The body's outer skin: its largest connected piece (eyes and tongue are pieces of their own)."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
     faces = np.asarray(body.faces, np.int64)
-    count = len(body.vertices)
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    _, label = connected_components(sp.csr_matrix((np.ones(len(edges)), tuple(edges.T)), (count, count)), directed=False)
-    main = np.bincount(label[faces[:, 0]]).argmax()
-    kept = np.zeros(count, bool)
-    kept[faces[label[faces[:, 0]] == main].ravel()] = True
+    piece = piece_of_faces(len(body.vertices), faces)
+    own = faces[piece == np.bincount(piece).argmax()]
+    kept = np.zeros(len(body.vertices), bool)
+    kept[own.ravel()] = True
     number = np.cumsum(kept) - 1
-    own = faces[kept[faces[:, 0]]]
     return np.asarray(body.vertices, np.float64)[kept], number[own], np.asarray(body.parts)[kept]
 
 
@@ -458,26 +453,13 @@ def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
 
 
 def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
-    """The largest closed piece of the zero level, even and with about `target` vertices."""
-    from scipy.ndimage import gaussian_filter, label
-    from skimage.measure import marching_cubes
+    """The largest closed piece of the softened zero level, even and with about `target` vertices."""
+    from scipy.ndimage import gaussian_filter
 
     field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
-    pieces, count = label(field < 0)
-    if count == 0:
+    if not (field < 0).any():
         raise InputError("nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)")
-    if count > 1:
-        main = np.bincount(pieces.ravel())[1:].argmax() + 1
-        field = np.where((pieces > 0) & (pieces != main), np.float32(0.5 * grid.cell), field)
-    hollows, count = label(field >= 0, structure=np.ones((3, 3, 3)))
-    if count > 1:  # bubbles inside
-        field = np.where((hollows > 0) & (hollows != hollows[0, 0, 0]), np.float32(-0.5 * grid.cell), field)
-    vertices, faces, _, _ = marching_cubes(field, 0.0, gradient_direction="ascent")
-    vertices = grid.origin + vertices * grid.cell
-    corners = vertices[faces]
-    if np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() < 0:
-        faces = faces[:, ::-1]
-    return _even_out(vertices, faces.astype(np.int64), target)
+    return mesh_grid(field, grid, target, smoothing=6)
 
 
 def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float) -> FloatArray:
@@ -496,38 +478,3 @@ def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts
     result = vertices.copy()
     result[index] += shift * np.clip(2.0 - 2.0 * far, 0, 1)[:, None] * 0.8
     return result
-
-
-def _even_out(vertices: FloatArray, faces: IntArray, target: int) -> tuple[FloatArray, IntArray]:
-    """Decimate towards `target` vertices and smooth without shrinking; any step that would open the surface is left out."""
-    import pymeshlab
-    import trimesh
-
-    def closed(v: FloatArray, f: IntArray) -> bool:
-        mesh = trimesh.Trimesh(v, f, process=False)
-        return bool(mesh.is_watertight and mesh.is_winding_consistent and mesh.body_count == 1 and mesh.volume > 0)
-
-    meshes: Any = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.apply_coord_taubin_smoothing(stepsmoothnum=6)
-    best = (meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix())
-    if len(vertices) > 1.1 * target:
-        meshes.meshing_decimation_quadric_edge_collapse(
-            targetfacenum=2 * target, preservetopology=True, preservenormal=True, qualitythr=0.5, planarquadric=True, optimalplacement=True
-        )
-    elif len(vertices) < 25_000:
-        meshes.meshing_surface_subdivision_loop(iterations=1, threshold=pymeshlab.PercentageValue(0))
-    meshes.apply_coord_taubin_smoothing(stepsmoothnum=4)
-    meshes.meshing_remove_unreferenced_vertices()
-    after = (meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix())
-    if closed(*after) and len(after[0]) >= 25_000:
-        best = after
-    result_vertices, result_faces = np.asarray(best[0]), np.asarray(best[1], np.int64)
-    # Taubin may rarely leave the piece's float dust; the largest closed piece is what counts
-    mesh = trimesh.Trimesh(result_vertices, result_faces, process=False)
-    if mesh.body_count > 1:
-        mesh = max(mesh.split(only_watertight=True), key=lambda piece: len(piece.faces))
-        result_vertices, result_faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, np.int64)
-    if mesh.volume < 0:
-        result_faces = result_faces[:, ::-1]
-    return result_vertices, result_faces

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from a2v.errors import InputError
+
 if TYPE_CHECKING:
     from a2v.datasets import ActionDataset
 
 
-def add_dataset_arguments(parser: Any, *, positional: bool = False) -> None:
-    """The options that name a data set; `open_dataset` reads them."""
+def add_dataset_arguments(parser: Any, *, positional: bool = False, optional: bool = False) -> None:
+    """The options that name a data set; `open_dataset` reads them. Where it is `optional`, `open_dataset` demands it."""
     from a2v.datasets import DATASETS
     from a2v.datasets.bvh_folder import BVHFolderSettings
 
@@ -17,7 +19,7 @@ def add_dataset_arguments(parser: Any, *, positional: bool = False) -> None:
     if positional:
         parser.add_argument("dataset", choices=DATASETS, help=text)
     else:
-        parser.add_argument("--dataset", required=True, choices=DATASETS, help=text)
+        parser.add_argument("--dataset", required=not optional, default=None, choices=DATASETS, help=text)
     parser.add_argument("--data", required=True, help="folder or archive that holds it")
     parser.add_argument("--bvh", type=BVHFolderSettings, default=BVHFolderSettings(), help="how BVH files are read (bvh only)")
 
@@ -30,10 +32,12 @@ def open_dataset(settings: Any) -> ActionDataset:
     InputError
         It cannot be used, or has no settings of its own and was given some.
     """
-    from a2v.datasets import load_dataset
+    from a2v.datasets import DATASETS, load_dataset
     from a2v.datasets.bvh_folder import BVHFolderSettings
     from pipelines.bar import bar
 
+    if settings.dataset is None:
+        raise InputError(f"no data set given; choose one with --dataset ({', '.join(DATASETS)})")
     given = settings.bvh if settings.dataset == "bvh" or settings.bvh != BVHFolderSettings() else None
     with bar("read", "file", hidden=settings.dataset != "bvh") as progress:
         return load_dataset(settings.dataset, settings.data, bvh=given, progress=progress)

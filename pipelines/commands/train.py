@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-HELP = "Train a motion model (the papers' VAE or our own flow) or an action classifier; a run goes on where it was stopped."
+from a2v.errors import InputError
+
+HELP = "Train a motion model (the papers' VAE or our own flow), an action classifier or the reconstruction; a run goes on where it was stopped."
 EXAMPLES = """examples:
   a2v train motion --dataset cmu --data ../shared/data --out runs/cmu
   a2v train flow --dataset cmu --data ../shared/data --out runs/flow --flow.code_size 192 --flow.threads 1
@@ -17,9 +19,10 @@ EXAMPLES = """examples:
   a2v train flow --dataset bvh --data my_actions --out runs/mine          your own: my_actions/walk/*.bvh, my_actions/jump/*.bvh...
   a2v train classifier --dataset bvh --data my_actions --out runs/classifier            what a2v evaluate measures them with
   a2v train flow --dataset humanact12 --data ../shared/data --held_out P03,P10 --out runs/unseen
+  a2v train reconstruction --data studio --out runs/person          what a2v studio wrote; shape, then detail and colours
 
 OUT gets checkpoint.pt, flow.pt or classifier.pt (every few minutes), log.csv and, for motion models, at the end motion.onnx for a2v motion,
-a2v video and export/sample.py. --held_out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn
+a2v video and export/sample.py (reconstruction: a folder a stage, and at the end the files for a2v video --implicit.weights OUT). --held_out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn
 from all and classifiers hold out by "auto", to print their accuracy on people they have not seen.
 The same command resumes a run that was stopped. CUDA is used where there is one (--device cpu to stay on the CPU)."""
 
@@ -30,12 +33,17 @@ def add_arguments(parser: Any) -> None:
     from a2v.motion.flow import GUIDANCE, FlowSettings
     from a2v.motion.networks import VAESettings
     from a2v.motion.training import TrainSettings
+    from a2v.reconstruction.implicit.networks import NetworkSettings
+    from a2v.reconstruction.implicit.training import ReconstructionSettings
     from pipelines.motion_data import add_dataset_arguments
 
     parser.add_argument(
-        "what", choices=["motion", "flow", "classifier"], help="the papers' VAE, our own window flow, or the papers' action classifier"
+        "what",
+        choices=["motion", "flow", "classifier", "reconstruction"],
+        help="the papers' VAE, our own window flow, the papers' action classifier, or the pixel-aligned networks",
     )
-    add_dataset_arguments(parser)
+    add_dataset_arguments(parser, optional=True)
+    parser.add_argument("--stages", default="shape,detail,color", help="which networks to train, in this order (train reconstruction)")
     parser.add_argument("--held_out", "--held-out", default="", help="subjects not to learn from: names with commas, auto or none")
     parser.add_argument("--out", required=True, help="folder of the run")
     parser.add_argument(
@@ -49,11 +57,16 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument("--flow", type=FlowSettings, default=FlowSettings(), help="the window flow (train flow)")
     parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network (train motion)")
     parser.add_argument("--classifier", type=ClassifierSettings, default=ClassifierSettings(), help="the classifier (train classifier)")
+    parser.add_argument("--network", type=NetworkSettings, default=NetworkSettings(), help="sizes of the networks (train reconstruction)")
+    parser.add_argument(
+        "--person", type=ReconstructionSettings, default=ReconstructionSettings(), help="each stage's training (train reconstruction)"
+    )
 
 
 def run(settings: Any) -> int:
     """Train and export; print the exported file's path."""
-    return {"flow": _train_flow, "motion": _train_vae, "classifier": _train_classifier}[settings.what](settings)
+    kinds = {"flow": _train_flow, "motion": _train_vae, "classifier": _train_classifier, "reconstruction": _train_reconstruction}
+    return kinds[settings.what](settings)
 
 
 def _learned_part(settings: Any) -> tuple[Any, dict[str, list[str]]]:
@@ -125,6 +138,31 @@ def _train_flow(settings: Any) -> int:
     extra = {"training": vars(chosen), "guidance": settings.guidance} | unseen
     export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra=extra, guidance=settings.guidance)
     print(out / "motion.onnx")
+    return 0
+
+
+def _train_reconstruction(settings: Any) -> int:
+    from typing import cast
+
+    from a2v.reconstruction.implicit.training import STAGES, Stage, train_reconstruction
+    from export.reconstruction import export_reconstruction
+
+    stages = [name.strip() for name in settings.stages.split(",")]
+    if unknown := [name for name in stages if name not in STAGES]:
+        raise InputError(f"unknown stage '{unknown[0]}'; choose from {', '.join(STAGES)}")
+    out, chosen = Path(settings.out), settings.person
+    for stage in stages:
+        with _training_bar(stage, chosen.iterations) as show:
+
+            def on_log(row: dict[str, float], show: Any = show) -> None:
+                show(row, {name: value for name, value in row.items() if name not in ("iteration", "seconds")})
+
+            train_reconstruction(cast(Stage, stage), settings.data, out, network=settings.network, settings=chosen, on_log=on_log)
+    if all((out / stage).is_dir() for stage in STAGES):
+        for path in export_reconstruction(out, out, licence=settings.licence, extra={"training": vars(chosen)}):
+            print(path)
+    else:
+        print(out)
     return 0
 
 

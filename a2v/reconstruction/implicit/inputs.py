@@ -1,0 +1,182 @@
+"""What the networks are given, made alike from a training view and from a photo: one square frame, the guide's maps, points.
+
+The *frame* is a square of the photo around the person, whose longer side fills 0.9 of it. A `place` is a position in the frame, -1 to 1,
+x to the right and y down, so that maps of any resolution are sampled alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.reconstruction.visibility import raycasting_scene
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
+
+FRAME = 1024
+"""Pixels of the frame's side: input of the fine level; the whole-person networks take half."""
+GUIDE = 256
+"""Pixels of the guide's maps."""
+FILL = 0.9
+"""The person's longer side as a share of the frame's."""
+REACH = 0.3
+"""Distances to the mask are clipped at this, metres."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A square picture of the person and its camera.
+
+    Attributes
+    ----------
+    image : (S, S, 3) uint8
+        sRGB, grey outside of the photo.
+    mask : (S, S) float32
+        Opacity of the person in [0, 1].
+    camera : OrthographicCamera
+        Of the frame's pixels.
+    """
+
+    image: ByteArray
+    mask: FloatArray
+    camera: OrthographicCamera
+
+    @property
+    def size(self) -> int:
+        """Pixels of a side."""
+        return int(self.mask.shape[0])
+
+
+def frame_box(mask: FloatArray) -> tuple[float, float, float]:
+    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels.
+
+    Raises
+    ------
+    InputError
+        The mask is empty.
+    """
+    rows, columns = np.nonzero((mask > 0.5).any(axis=1))[0], np.nonzero((mask > 0.5).any(axis=0))[0]
+    if not len(rows):
+        raise InputError("the mask is empty; expected the person in it")
+    low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]]) + 1
+    middle = (low + high) / 2
+    return float(middle[0]), float(middle[1]), float((high - low).max()) / FILL
+
+
+def make_frame(image: ByteArray, mask: FloatArray, camera: OrthographicCamera, size: int = FRAME) -> Frame:
+    """Cut the square around the person out of a photo (H, W, 3) with its mask (H, W) and camera, and scale it to `size`."""
+    import cv2
+
+    u, v, side = frame_box(mask)
+    zoom = size / side
+    matte = np.asarray(mask, np.float32)
+    if zoom < 1:  # OpenCV's warp looks at four pixels only
+        image, matte = (cv2.GaussianBlur(x, (0, 0), 0.45 / zoom) for x in (image, matte))
+    # pixel centres lie at halves: ours and OpenCV's coordinates differ by 0.5
+    shift = size / 2 - zoom * np.array([u, v]) + 0.5 * zoom - 0.5
+    move = np.array([[zoom, 0, shift[0]], [0, zoom, shift[1]]])
+    flags = cv2.INTER_LINEAR if zoom < 1 else cv2.INTER_CUBIC
+    cut = cv2.warpAffine(image, move, (size, size), flags=flags, borderMode=cv2.BORDER_CONSTANT, borderValue=(128, 128, 128))
+    opacity = cv2.warpAffine(matte, move, (size, size), flags=flags, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+    moved = OrthographicCamera(
+        scale=camera.scale * zoom, center_u=size / 2 + (camera.center_u - u) * zoom, center_v=size / 2 + (camera.center_v - v) * zoom
+    )
+    return Frame(np.asarray(cut, np.uint8), np.clip(opacity, 0, 1), moved)
+
+
+def photo_input(image: ByteArray, mask: FloatArray, size: int) -> FloatArray:
+    """The photo's channels (4, size, size) float32: colours less mid grey times the mask, and the mask."""
+    import cv2
+
+    opacity = np.asarray(mask, np.float32)
+    values = np.concatenate([(image.astype(np.float32) / 255 - 0.5) * opacity[..., None], opacity[..., None]], axis=-1)
+    if values.shape[0] != size:
+        values = cv2.resize(values, (size, size), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(values.transpose(2, 0, 1))
+
+
+@dataclass(frozen=True)
+class GuideMaps:
+    """A body as the photo's camera sees it, and as it is seen through from behind, on the frame's pixels.
+
+    Attributes
+    ----------
+    depth_front, depth_back : (H, W) float32
+        z, metres; NaN where the body is not.
+    normals_front, normals_back : (H, W, 3) float32
+        Unit normals in the camera's axes; 0 where the body is not.
+    """
+
+    depth_front: FloatArray
+    depth_back: FloatArray
+    normals_front: FloatArray
+    normals_back: FloatArray
+
+
+class GuideMesh:
+    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are compared with (Embree through Open3D)."""
+
+    def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
+        self._vertices = np.asarray(vertices, np.float32)
+        self._scene = raycasting_scene(self._vertices, faces)
+        self._mirrored = raycasting_scene(self._vertices * np.array([1, 1, -1], np.float32), faces)
+
+    def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at the nearest point."""
+        import open3d as o3d
+
+        query: Any = o3d.core.Tensor.from_numpy(np.ascontiguousarray(points, np.float32))
+        normals = self._scene.compute_closest_points(query)["primitive_normals"].numpy()
+        return self._scene.compute_signed_distance(query, nsamples=3).numpy(), normals
+
+    def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
+        """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
+        columns, rows = np.meshgrid(*[(np.arange(size) + 0.5) * (frame / size)] * 2)
+        points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
+        low, high = float(self._vertices[:, 2].min()), float(self._vertices[:, 2].max())
+        depth_front, normals_front = _hits(self._scene, points, high + 1)
+        depth_back, normals_back = _hits(self._mirrored, points, 1 - low)
+        return GuideMaps(depth_front, -depth_back, normals_front, normals_back * np.array([1, 1, -1], np.float32))
+
+
+def _hits(scene: Any, points: FloatArray, front: float) -> tuple[FloatArray, FloatArray]:
+    """Depth (NaN without a hit) and unit normal of what the camera on +z sees at the x and y of points (H, W, 3)."""
+    rays = np.zeros((*points.shape[:2], 6), np.float32)
+    rays[..., :2], rays[..., 2], rays[..., 5] = points[..., :2], front, -1
+    found = scene.cast_rays(rays)
+    distance, normals = found["t_hit"].numpy(), found["primitive_normals"].numpy()
+    hit = np.isfinite(distance)
+    normals = normals * np.where(normals[..., 2:] < 0, -1, 1)
+    return np.where(hit, front - distance, np.nan).astype(np.float32), np.where(hit[..., None], normals, 0).astype(np.float32)
+
+
+def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:
+    """Signed distance (H, W) to the contour of ``mask > 0.5``, metres, negative inside, clipped at `REACH`."""
+    import cv2
+
+    person = np.asarray(mask > 0.5, np.uint8)
+    out = cv2.distanceTransform(1 - person, cv2.DIST_L2, 5) if not person.all() else np.zeros(person.shape, np.float32)
+    into = cv2.distanceTransform(person, cv2.DIST_L2, 5)
+    pixels = np.where(person > 0, 0.5 - into, out - 0.5)
+    return np.clip(pixels / pixels_per_metre, -REACH, REACH).astype(np.float32)
+
+
+def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
+    """The guide's channels (10, H, W) float32: its maps, carried on from the nearest pixel where it is not, its mask, `mask_distance`."""
+    from scipy.ndimage import distance_transform_edt
+
+    there: BoolArray = np.isfinite(maps.depth_front)
+    if not there.any():
+        raise InputError("the body lies outside of the photo's frame; fit it to this photo first (a2v.body.fit_body)")
+    index = distance_transform_edt(~there, return_distances=False, return_indices=True)
+    depth = np.stack([maps.depth_front, maps.depth_back])[:, index[0], index[1]]
+    normals = np.concatenate([maps.normals_front, maps.normals_back], axis=-1)[index[0], index[1]].transpose(2, 0, 1)
+    channels: FloatArray = np.concatenate([normals, depth, there[None], distance[None]]).astype(np.float32)
+    return channels
+
+
+def place_of(points: FloatArray, camera: OrthographicCamera, frame: int) -> FloatArray:
+    """Where points (..., 3) lie in a frame of `frame` pixels: (..., 2) float32 in [-1, 1]."""
+    return np.asarray(camera.project(points) * (2 / frame) - 1, np.float32)

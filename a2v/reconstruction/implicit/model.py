@@ -1,0 +1,133 @@
+"""The shipped networks at work on one person: maps once, then distances and colours of any points, by onnxruntime."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import sha256
+from a2v.reconstruction.body_prior import outer_skin
+from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, Frame, GuideMesh, guide_input, make_frame, mask_distance, photo_input, place_of
+from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
+from a2v.types import Body, FloatArray, OrthographicCamera, Subject
+
+FORMAT = "a2v-person/1"
+MAPS_FILE, FIELD_FILE, COLORS_FILE = "person_maps.onnx", "person_field.onnx", "person_colors.onnx"
+FILES = (MAPS_FILE, FIELD_FILE, COLORS_FILE)
+CHUNK = 65_536
+"""Points a call: bounds memory."""
+
+
+@dataclass(frozen=True)
+class ImplicitModel:
+    """The three ONNX files of a pixel-aligned reconstruction.
+
+    Attributes
+    ----------
+    folder : Path
+    metadata : mapping
+        What the files say of themselves.
+    threads : int
+        Of onnxruntime; 0 for its default.
+    """
+
+    folder: Path
+    metadata: Mapping[str, Any]
+    threads: int = 0
+
+    @classmethod
+    def load(cls, folder: str | os.PathLike[str] | None = None, *, threads: int = 0) -> ImplicitModel:
+        """Open the shipped model, or that of a folder that ``export/reconstruction.py`` wrote.
+
+        Raises
+        ------
+        InputError
+            A file is missing or none of ours.
+        """
+        where = Path(folder) if folder is not None else WEIGHTS
+        for name in FILES:
+            if not (where / name).is_file():
+                raise InputError(f"{where / name} does not exist; give a folder with {', '.join(FILES)}")
+        return cls(where, read_metadata(where / MAPS_FILE, (FORMAT,), "reconstruction model"), threads)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over the files."""
+        return sha256(" ".join(file_digest(self.folder / name) for name in FILES))
+
+    def see(self, subject: Subject, body: Body, camera: OrthographicCamera) -> ImplicitPerson:
+        """Look at the person of a photo, with the body that was fitted to it, in the frame of `camera`."""
+        frame = make_frame(subject.image, subject.mask, camera)
+        vertices, faces, _ = outer_skin(body)
+        return self.see_frame(frame, vertices, faces)
+
+    def see_frame(self, frame: Frame, vertices: FloatArray, faces: Any) -> ImplicitPerson:
+        """Look at a frame with a guide mesh: vertices (V, 3), faces (F, 3), metres, in the frame of its camera."""
+        import cv2
+
+        middle = float(np.mean(vertices[:, 2]))
+        guide = GuideMesh(np.asarray(vertices, np.float64) - [0, 0, middle], faces)
+        small = cv2.resize(frame.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA)
+        distance = mask_distance(small, frame.camera.scale * GUIDE / frame.size)
+        channels = guide_input(guide.maps(frame.camera, frame.size), distance)
+        photo = photo_input(frame.image, frame.mask, FRAME)
+        half = cv2.resize(photo.transpose(1, 2, 0), (FRAME // 2,) * 2, interpolation=cv2.INTER_AREA).transpose(2, 0, 1)
+        given = {"photo": photo[None], "photo_half": np.ascontiguousarray(half)[None], "guide": channels[None]}
+        names = ["features", "maps", "fine", "color_features"]
+        found = open_session(self.folder / MAPS_FILE, self.threads).run(names, given)
+        return ImplicitPerson(self, frame, guide, middle, dict(zip(names, found, strict=True)) | given)
+
+
+@dataclass(frozen=True)
+class ImplicitPerson:
+    """What a model knows of one person.
+
+    Attributes
+    ----------
+    model : ImplicitModel
+    frame : Frame
+    guide : GuideMesh
+        The fitted body, moved so that its mean z is 0.
+    middle : float
+        Mean z of the body in the frame of the camera, metres.
+    maps : mapping of str to array
+        Inputs and outputs of the network that saw the photo; ``maps["maps"]`` (1, 8, 256, 256) holds normals and depths.
+    """
+
+    model: ImplicitModel
+    frame: Frame
+    guide: GuideMesh
+    middle: float
+    maps: Mapping[str, FloatArray]
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Signed distance (N,) float32 to the person's surface at points (N, 3), metres, negative inside."""
+        return self._run(FIELD_FILE, "distance", ("features", "maps", "fine", "guide"), points, None)
+
+    def colors(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """Expected sRGB colours (N, 3) in [0, 1] of surface points (N, 3) with unit normals (N, 3)."""
+        return self._run(COLORS_FILE, "colors", ("color_features", "maps", "photo_half", "guide"), points, normals)
+
+    def _run(self, file: str, output: str, maps: tuple[str, ...], points: FloatArray, normals: FloatArray | None) -> FloatArray:
+        session = open_session(self.model.folder / file, self.model.threads)
+        fixed = {name: self.maps[name] for name in maps}
+        results = []
+        for start in range(0, len(points), CHUNK):
+            part = np.asarray(points[start : start + CHUNK], np.float32) - np.array([0, 0, self.middle], np.float32)
+            distance, facing = self.guide.at(part)
+            asked = {
+                "place": place_of(part, self.frame.camera, self.frame.size),
+                "depth": part[:, 2],
+                "guide_distance": distance,
+                "guide_normals": facing,
+            }
+            if normals is not None:
+                asked["normals"] = np.asarray(normals[start : start + CHUNK], np.float32)
+            results.append(session.run([output], fixed | {name: values[None] for name, values in asked.items()})[0][0])
+        return np.concatenate(results)

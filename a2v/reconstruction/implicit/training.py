@@ -1,0 +1,291 @@
+"""Training of the networks of the implicit surface, stage by stage: shape, then detail and colour on top of it.
+
+A killed run resumes from its checkpoint, on a CPU or with CUDA.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from a2v.errors import InputError
+from a2v.reconstruction.implicit.batches import Example, ViewReader, make_example, stack
+from a2v.reconstruction.implicit.inputs import FRAME
+from a2v.reconstruction.implicit.networks import (
+    OCCUPANCY_WIDTH,
+    CoarseField,
+    FineEncoder,
+    FineField,
+    MapEncoder,
+    NetworkSettings,
+    Painter,
+    point_values,
+)
+from a2v.reconstruction.synthetic.view import list_views
+from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, set_rate
+
+FILE = "checkpoint.pt"
+Stage = Literal["shape", "detail", "color"]
+STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
+"""In the order of their training: the later two build on the first."""
+REACH = 0.05
+"""Distances beyond this, metres, need only be as large."""
+
+
+@dataclass(frozen=True)
+class ReconstructionSettings(RunSettings):
+    """How a stage is trained.
+
+    Attributes
+    ----------
+    iterations : int
+    batch_size : int
+        Views an iteration.
+    points : int
+        Points of each view.
+    learning_rate, weight_decay : float
+        AdamW, with a short warm-up and then along half a cosine.
+    crop : int
+        Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
+    half : bool
+        bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
+    """
+
+    iterations: int = 10_000
+    batch_size: int = 4
+    points: int = 2048
+    learning_rate: float = 1e-3
+    weight_decay: float = 1e-4
+    crop: int = 512
+    half: bool = True
+
+    def __post_init__(self) -> None:
+        if min(self.iterations, self.batch_size, self.points) < 1:
+            raise InputError("iterations, batch_size and points must be positive")
+        if not 64 <= self.crop <= FRAME or self.crop % 8:
+            raise InputError(f"crop is {self.crop}; expected a multiple of 8 from 64 to {FRAME}")
+
+
+class Shape(nn.Module):
+    """The whole person's networks: maps and coarse field."""
+
+    def __init__(self, settings: NetworkSettings) -> None:
+        super().__init__()
+        self.encoder, self.field = MapEncoder(settings), CoarseField(settings)
+
+
+class Detail(nn.Module):
+    """The fine level's networks."""
+
+    def __init__(self, settings: NetworkSettings) -> None:
+        super().__init__()
+        self.encoder, self.field = FineEncoder(settings), FineField(settings)
+
+
+def make_networks(stage: Stage, settings: NetworkSettings) -> nn.Module:
+    """Fresh networks of a stage."""
+    kinds: Mapping[str, Callable[[NetworkSettings], nn.Module]] = {"shape": Shape, "detail": Detail, "color": Painter}
+    return kinds[stage](settings).to(memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]
+
+
+def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
+    """Trained networks of a stage from a run's folder, for inference.
+
+    Raises
+    ------
+    InputError
+        The stage was not trained there.
+    """
+    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
+    network = make_networks(stage, NetworkSettings(**{name: _tupled(value) for name, value in content["network"].items()}))
+    network.load_state_dict(content["model"])
+    return network.eval()
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """Mean of |error| near the surface in decimetres, beyond `REACH` of what is missing to it, plus the occupancy's cross entropy."""
+    error = torch.where(true.abs() > REACH, functional.relu(REACH - true.sign() * predicted), (predicted - true).abs())
+    occupancy = functional.binary_cross_entropy_with_logits(-predicted / OCCUPANCY_WIDTH, (true < 0).float())
+    return error.mean() / 0.1 + occupancy
+
+
+def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """1 - cosine of both normals (B, 6, H, W), mean where there is a true one."""
+    losses = []
+    for part in (slice(0, 3), slice(3, 6)):
+        there = true[:, part].square().sum(dim=1) > 0.25
+        cosine = functional.cosine_similarity(predicted[:, part], true[:, part], dim=1)
+        losses.append(((1 - cosine) * there).sum() / there.sum().clamp(min=1))
+    return torch.stack(losses).mean()
+
+
+def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, nor what an error has over 15 cm."""
+    there = torch.isfinite(true)
+    error = (predicted - torch.nan_to_num(true)).abs().clamp(max=0.15) / 0.1
+    return (error * there).sum() / there.sum().clamp(min=1)
+
+
+@dataclass
+class _State:
+    model: nn.Module
+    optimizer: torch.optim.Optimizer
+    generator: np.random.Generator
+    iteration: int = 0
+    log: list[dict[str, float]] = dataclasses.field(default_factory=list)
+
+
+def train_reconstruction(
+    stage: Stage,
+    views: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
+    network: NetworkSettings | None = None,
+    settings: ReconstructionSettings | None = None,
+    on_log: Callable[[dict[str, float]], None] | None = None,
+) -> nn.Module:
+    """Train, or go on with, a stage in `folder`.
+
+    Writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``<stage>/log.csv``.
+
+    Parameters
+    ----------
+    stage : "shape", "detail" or "color"
+    views : path
+        What ``a2v studio`` wrote; views that are added while it trains are used as they come.
+    folder : path
+        Of the run. "detail" and "color" need its "shape".
+    on_log : callable
+        Called with the mean losses since the last call, every `log_every` iterations.
+
+    Raises
+    ------
+    InputError
+        No views, an unknown stage, no trained shape, other settings than those of the checkpoint, or a training that diverges.
+    """
+    if stage not in STAGES:
+        raise InputError(f"unknown stage '{stage}'; choose from {', '.join(STAGES)}")
+    network, settings = network or NetworkSettings(), settings or ReconstructionSettings()
+    device = settings.claim()
+    torch.manual_seed(settings.seed)
+    shape = None
+    if stage != "shape":
+        shape = load_networks(folder, "shape").to(device).requires_grad_(False)
+    model = make_networks(stage, network).to(device)
+    optimizer = torch.optim.AdamW(model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
+    state = _State(model, optimizer, np.random.default_rng(settings.seed))
+    run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
+    content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
+    if content is not None:
+        model.load_state_dict(content["model"])
+        optimizer.load_state_dict(content["optimizer"])
+        state.generator.bit_generator.state = content["generator"]
+        state.iteration, state.log = content["iteration"], list(content["log"])
+
+    def save() -> None:
+        run.save(
+            {
+                "model": model.state_dict(),
+                "optimizer": optimizer.state_dict(),
+                "generator": state.generator.bit_generator.state,
+                "iteration": state.iteration,
+                "log": state.log,
+                "network": dataclasses.asdict(network),
+            },
+            state.log,
+        )
+
+    recent: list[dict[str, float]] = []
+    try:
+        files, reader = list_views(views, "training"), ViewReader()
+        while state.iteration < settings.iterations:
+            if state.iteration % 200 == 0:
+                files = list_views(views, "training")
+            chosen = state.generator.integers(0, len(files), settings.batch_size)
+            crop = settings.crop if stage == "detail" else 0
+            batch = stack(
+                [make_example(reader(files[i]), state.generator, settings.points, colors=stage == "color", crop=crop) for i in chosen]
+            )
+            progress = state.iteration / settings.iterations
+            set_rate(optimizer, settings.learning_rate * min(1.0, (state.iteration + 1) / 200) * cosine_decay(progress, 0.01))
+            model.train()
+            losses = _losses(model, shape, batch, settings, device)
+            optimizer.zero_grad(set_to_none=True)
+            torch.stack(list(losses.values())).sum().backward()  # type: ignore[no-untyped-call]
+            nn.utils.clip_grad_norm_(model.parameters(), 1.0)
+            optimizer.step()
+            state.iteration += 1
+            recent.append({name: float(value.detach()) for name, value in losses.items()})
+            if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
+                mean = {name: float(np.mean([row[name] for row in recent])) for name in recent[0]}
+                row = {"iteration": float(state.iteration), "seconds": run.seconds, "views": float(len(files))} | mean
+                recent = []
+                if not np.isfinite(sum(mean.values())):
+                    raise InputError(f"training diverged at iteration {state.iteration}; lower learning_rate")
+                state.log.append(row)
+                if on_log is not None:
+                    on_log(row)
+            if run.due:
+                save()
+    finally:
+        save()
+    return model.eval()
+
+
+def _losses(
+    model: nn.Module, shape: nn.Module | None, batch: Example, settings: ReconstructionSettings, device: torch.device
+) -> dict[str, Tensor]:
+    """Weighted losses of a batch."""
+
+    def tensor(values: np.ndarray) -> Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values)).to(device)
+
+    photo, guide = tensor(batch.photo), tensor(batch.guide)
+    points = {name: tensor(values) for name, values in batch.points.items()}
+    place = points["place"]
+    asked = (place, points["depth"], points["guide_distance"], points["guide_normals"])
+    with torch.autocast(device.type, torch.bfloat16, enabled=settings.half):
+        if shape is None:
+            assert isinstance(model, Shape)
+            features, maps = model.encoder(photo, guide)
+            distance, _ = model.field(features, point_values(maps, guide, *asked), place)
+            return {
+                "distance": distance_loss(distance, points["distance"]),
+                "normals": normal_loss(maps[:, :6], tensor(batch.normals)),
+                "depth": depth_loss(maps[:, 6:], tensor(batch.depth)),
+            }
+        assert isinstance(shape, Shape)
+        with torch.no_grad():
+            features, maps = shape.encoder(photo, guide)
+            values = point_values(maps, guide, *asked)
+        if isinstance(model, Painter):
+            colors = model(model.features(photo, guide, maps), photo, values, points["normals"], place)
+            return {"color": (colors - points["colors"]).abs().mean()}
+        assert isinstance(model, Detail)
+        with torch.no_grad():
+            coarse, context = shape.field(features, values, place)
+        crop, corners = settings.crop, batch.part["corner"].astype(int) // 4
+        around = torch.stack(
+            [maps[i, :, v : v + crop // 4, u : u + crop // 4] for i, (u, v) in enumerate(corners)]
+        )  # the maps have a quarter of the frame's pixels
+        within = ((place + 1) / 2 * FRAME - tensor(batch.part["corner"])[:, None]) * 2 / crop - 1
+        fine = model.encoder(tensor(batch.part["photo"]), around)
+        distance = model.field(fine, within, coarse, context, values)
+        kept = (within.abs() < 0.9).all(dim=-1)
+        return {
+            "distance": distance_loss(distance[kept], points["distance"][kept]),
+            "normals": normal_loss(fine[:, :6], tensor(batch.part["normals"])),
+        }

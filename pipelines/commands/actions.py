@@ -12,7 +12,9 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    parser.add_argument("--model", default="cmu", help="cmu, humanact12 or an .onnx file")
+    from pipelines.inputs import add_model_argument
+
+    add_model_argument(parser)
 
 
 def run(settings: Any) -> int:

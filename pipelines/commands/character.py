@@ -24,12 +24,12 @@ SUFFIXES = (".glb", ".usdz", ".usdc", ".usda", ".html")
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from pipelines.inputs import add_photo_arguments, add_run_arguments, add_stage_arguments
+    from pipelines.inputs import add_model_argument, add_photo_arguments, add_run_arguments, add_stage_arguments
 
     parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(SUFFIXES)}")
     parser.add_argument("--actions", default="", help="of the model, with commas; each becomes a clip")
     parser.add_argument("--motions", default="", help="files with commas (.bvh, .npz, DeepMimic's .txt); each becomes a clip")
-    parser.add_argument("--model", default="cmu", help="motion model: cmu, humanact12 or an .onnx file")
+    add_model_argument(parser)
     parser.add_argument("--frames", type=int, default=60, help="frames a clip, at most for files")
     parser.add_argument("--fps", type=float | None, default=None, help="resample the clips to this many frames a second")
     parser.add_argument("--seed", type=int, default=0, help="seed of the motions")

@@ -21,7 +21,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --count 6 --out walks.mp4                    side by side; also .gif, and .png for rows of poses
   a2v motion --action Walk --start mine.bvh --start_frames 10 --count 3 --out futures.mp4   go on from given poses
   a2v motion --model humanact12 --action lift_dumbbell --interpolate 5 --seed 1 --to_seed 4 --out between.png
-  a2v motion --model fine.onnx --action 'lift_dumbbell*' --out kinds.png              one clip of each action that matches
+  a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png         one clip of each action that matches
   a2v motion --action Walk --bone_scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
@@ -34,10 +34,12 @@ SUFFIXES = (".npz", ".bvh", ".mp4", ".gif", ".webp", ".png", ".svg")
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
+    from pipelines.inputs import add_model_argument
+
     parser.add_argument(
         "--action", required=True, help="what to do; several with commas follow each other, a pattern with * makes one clip each"
     )
-    parser.add_argument("--model", default="cmu", help="cmu, humanact12 or an .onnx file")
+    add_model_argument(parser)
     parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(SUFFIXES)}")
     parser.add_argument("--count", type=int, default=1, help="clips")
     parser.add_argument("--frames", type=int, default=60, help="frames a clip")

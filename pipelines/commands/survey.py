@@ -28,8 +28,9 @@ participant saves a file of answers at the end; --analyse counts them and writes
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
     from a2v.evaluation.survey import SurveySettings
+    from pipelines.inputs import add_model_argument
 
-    parser.add_argument("--model", action="append", default=[], help="cmu, humanact12 or an .onnx file; may be repeated")
+    add_model_argument(parser, several=True)
     parser.add_argument("--motions", action="append", default=[], help="NAME=FILE (.npz, .bvh): clips of another system; may be repeated")
     parser.add_argument("--dataset", type=str | None, default=None, help="data set of the real motions (a2v data)")
     parser.add_argument("--data", type=str | None, default=None, help="folder or archive that holds it")

@@ -26,11 +26,11 @@ Run it again after an interruption: finished frames are remembered. Another acti
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from pipelines.inputs import add_photo_arguments, add_render_arguments, add_run_arguments, add_stage_arguments
+    from pipelines.inputs import add_model_argument, add_photo_arguments, add_render_arguments, add_run_arguments, add_stage_arguments
 
     parser.add_argument("--out", required=True, help="folder for the results")
     parser.add_argument("--action", default="", help="what to do; several with commas follow each other (a2v actions lists them)")
-    parser.add_argument("--model", default="cmu", help="motion model: cmu, humanact12 or an .onnx file")
+    add_model_argument(parser)
     parser.add_argument(
         "--motion", type=str | None, default=None, help="recorded motion instead of a model: .bvh, .npz or DeepMimic's .txt"
     )

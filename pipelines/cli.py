@@ -1,7 +1,8 @@
 """The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
 
 A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``add_arguments(parser)`` and
-``run(settings) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick.
+``run(settings) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
+is the module ``evaluate_reconstruction``.
 
 Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input; 130 Ctrl-C; 143 terminated.
 """
@@ -31,6 +32,7 @@ COMMANDS = {
     "evaluate": "measure models as the papers do",
     "train": "train a model",
     "data": "check and describe a data set",
+    "studio": "make synthetic photographs to train the reconstruction on",
     "survey": "make a user study, or analyse its answers",
     "dag": "draw the pipeline",
     "cache": "show or trim what is remembered",
@@ -94,9 +96,18 @@ def _run(arguments: list[str]) -> int:
         raise InputError(
             f"unknown command '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(commands)}"
         )
-    command = importlib.import_module(f"pipelines.commands.{name}")
-    settings = parse(name, command, arguments[1:])
+    own = _own_command(name, arguments[1:])
+    command = importlib.import_module(f"pipelines.commands.{own.replace(' ', '_')}")
+    settings = parse(own, command, arguments[own.count(" ") + 1 :])
     return int(command.run(settings))
+
+
+def _own_command(name: str, arguments: Sequence[str]) -> str:
+    """The command, or "command what" where what is asked for has options of its own (the module ``command_what``)."""
+    what = arguments[0] if arguments else ""
+    if what.isidentifier() and importlib.util.find_spec(f"pipelines.commands.{name}_{what}"):
+        return f"{name} {what}"
+    return name
 
 
 def parse(name: str, command: Any, arguments: Sequence[str]) -> Any:

@@ -25,6 +25,7 @@ EXAMPLES = """examples:
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held_out P03,P10 --out table.md
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
+  a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
 
 Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
 deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
@@ -45,10 +46,11 @@ def add_arguments(parser: Any) -> None:
     """Declare the options."""
     from a2v.evaluation.protocol import EvaluationSettings
     from a2v.evaluation.training import ClassifierSettings
+    from pipelines.inputs import add_model_argument
     from pipelines.motion_data import add_dataset_arguments
 
     add_dataset_arguments(parser)
-    parser.add_argument("--model", action="append", default=[], help="cmu, humanact12 or an .onnx file; may be repeated")
+    add_model_argument(parser, several=True)
     parser.add_argument("--evaluator", type=str | None, default=None, help="file of a trained action classifier")
     parser.add_argument("--actions", default="", help="actions to measure each by itself too, with commas (500 clips)")
     parser.add_argument("--held_out", "--held-out", default="none", help="subjects to compare with alone too: names with commas, or auto")

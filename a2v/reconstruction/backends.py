@@ -1,0 +1,119 @@
+"""The backends by name, and the ways to colour what they give: one registry for command line, pipeline and benchmark."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.reconstruction.body_prior import SurfaceSettings
+from a2v.reconstruction.implicit.surface import ImplicitSettings
+from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a backend gives.
+
+    Attributes
+    ----------
+    surface : Surface
+        Closed, in the frame of the photo's camera; its colours mean nothing yet.
+    prior : (V, 3) or None
+        sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown; None if it expects nothing.
+    """
+
+    surface: Surface
+    prior: FloatArray | None = None
+
+
+Backend = Callable[[Subject, Body, OrthographicCamera], Shape]
+"""``(subject, fitted body, its camera) -> Shape``."""
+
+Coloring = Callable[[Shape, Subject, Body, OrthographicCamera], Surface]
+"""``(shape, subject, fitted body, its camera) -> coloured surface``."""
+
+
+def reconstruct_surface(
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    settings: SurfaceSettings | ImplicitSettings,
+    *,
+    progress: Progress | None = None,
+) -> Surface:
+    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`."""
+    from a2v.reconstruction.body_prior import body_prior_surface
+    from a2v.reconstruction.implicit import implicit_surface
+
+    if isinstance(settings, ImplicitSettings):
+        return implicit_surface(subject, body, camera, settings=settings, progress=progress)
+    return body_prior_surface(subject, body, camera, settings=settings, progress=progress)
+
+
+def expected_colors(surface: Surface) -> FloatArray | None:
+    """c^p of Eq. 14 (V, 3), if the surface's backend expects colours of its vertices."""
+    return surface.colors if surface.provenance.get("backend") == "pifu" else None
+
+
+def _backend(settings: SurfaceSettings | ImplicitSettings) -> Backend:
+    def shape(subject: Subject, body: Body, camera: OrthographicCamera) -> Shape:
+        surface = reconstruct_surface(subject, body, camera, settings)
+        return Shape(surface, expected_colors(surface))
+
+    return shape
+
+
+SETTINGS: Mapping[str, SurfaceSettings | ImplicitSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
+"""Default settings of each backend; their type says which backend is meant."""
+DEFAULT_BACKEND = "body-prior"
+BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings in SETTINGS.items()}
+"""Backends by name, with default settings."""
+
+
+def color_shape(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
+    from a2v.body import nearest_parts
+    from a2v.reconstruction.color import color_surface
+
+    parts = nearest_parts(shape.surface.vertices, body)
+    return color_surface(shape.surface, subject, camera, prior=shape.prior, parts=parts)
+
+
+def color_mirrored(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+    """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
+    from a2v.reconstruction.prior import clean_colors, sample_image
+    from a2v.rendering.images import to_bytes
+
+    clean = clean_colors(subject)
+    height, width = clean.shape[:2]
+    pixels = camera.project(shape.surface.vertices)
+    corners = pixels[shape.surface.faces] / np.array([width, height])
+    return dataclasses.replace(
+        shape.surface,
+        colors=np.clip(sample_image(clean, pixels), 0, 1).astype(np.float32),
+        uv=np.stack([corners[..., 0], 1 - corners[..., 1]], axis=-1).astype(np.float32),
+        texture=to_bytes(clean),
+    )
+
+
+def color_by_network(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+    """Ablation: the backend's own colours alone, on the vertices.
+
+    Raises
+    ------
+    InputError
+        The backend has none.
+    """
+    if shape.prior is None:
+        raise InputError("this backend has no colours of its own; choose another one for the colouring 'network'")
+    known = np.isfinite(shape.prior).all(axis=1)
+    colors = np.where(known[:, None], np.nan_to_num(shape.prior), shape.prior[known].mean(axis=0))
+    return dataclasses.replace(shape.surface, colors=colors.astype(np.float32), uv=None, texture=None)
+
+
+COLORINGS: Mapping[str, Coloring] = {"ours": color_shape, "mirrored": color_mirrored, "network": color_by_network}
+"""Ways to colour a shape, by name; "ours" is what users get, the others are ablations."""

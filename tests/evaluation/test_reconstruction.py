@@ -1,0 +1,300 @@
+"""The reconstruction benchmark: metrics of copies whose error is known, the frame, and one photo through the real path."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import trimesh
+
+from a2v.errors import InputError
+from a2v.evaluation.reconstruction import (
+    METRICS,
+    BenchmarkSettings,
+    Case,
+    Method,
+    Outcome,
+    Truth,
+    choose_views,
+    evaluate_case,
+    group_table,
+    image_scores,
+    lit_by,
+    method_table,
+    outcome_sheet,
+    stack_sheets,
+    surface_maps,
+    to_true_frame,
+)
+from a2v.reconstruction.backends import COLORINGS, Shape
+from a2v.reconstruction.synthetic import a_pose, list_avatars, load_avatar
+from a2v.types import OrthographicCamera, Subject, Surface
+
+SIZE = 400
+SETTINGS = BenchmarkSettings(size=200, points=20_000)
+CAMERA = OrthographicCamera(scale=200.0, center_u=SIZE / 2, center_v=SIZE / 2)
+
+
+def make_case(mesh: trimesh.Trimesh, colors: np.ndarray | None = None, name: str = "Test_F_1_Casual") -> Case:
+    """A mesh before nothing, in the frame of CAMERA."""
+    vertices = np.asarray(mesh.vertices, np.float32)
+    points, face = trimesh.sample.sample_surface(mesh, 8192, seed=1)
+    return Case(
+        name=name,
+        index=0,
+        image=np.full((SIZE, SIZE, 3), 128, np.uint8),
+        mask=np.zeros((SIZE, SIZE), np.uint8),
+        camera=CAMERA,
+        surface=Surface(
+            vertices=vertices,
+            faces=np.asarray(mesh.faces, np.int32),
+            colors=np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors.astype(np.float32),
+        ),
+        normals=np.asarray(mesh.vertex_normals, np.float32),
+        outer=np.arange(len(mesh.faces)),
+        points=np.asarray(points, np.float32),
+        point_normals=np.asarray(mesh.face_normals[face], np.float32),
+    )
+
+
+def subject_of(case: Case, crop: tuple[int, int, int, int] = (0, 0, SIZE, SIZE), zoom: float = 1.0) -> Subject:
+    width, height = round(zoom * (crop[2] - crop[0])), round(zoom * (crop[3] - crop[1]))
+    return Subject(
+        image=np.zeros((height, width, 3), np.uint8),
+        mask=np.ones((height, width), np.float32),
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.full((33, 3), np.nan, np.float32),
+        crop=crop,
+        photo_size=(SIZE, SIZE),
+    )
+
+
+@pytest.fixture(scope="module")
+def ball() -> trimesh.Trimesh:
+    return trimesh.creation.icosphere(5, 0.5)
+
+
+@pytest.fixture(scope="module")
+def wide() -> trimesh.Trimesh:
+    return trimesh.creation.box((0.9, 1.4, 0.3)).subdivide_to_size(0.05)
+
+
+def test_the_truth_itself_is_perfect(wide: trimesh.Trimesh) -> None:
+    case = make_case(wide)
+    truth = Truth(case, SETTINGS)
+    placed = truth.place(case.surface, CAMERA, subject_of(case))
+    shape, colors = truth.compare_shape(placed), truth.compare_colors(placed)
+    assert shape["chamfer"] < 1e-4
+    assert shape["p2s"] < 1e-4
+    assert shape["iou"] == 1
+    assert shape["normals"] > 0.98  # smoothed over the edges alike
+    assert shape["normals_nearest"] > 0.99
+    assert colors == {"psnr_front": 100, "ssim_front": pytest.approx(1), "psnr_back": 100, "ssim_back": pytest.approx(1)}
+
+
+def test_a_thicker_copy_is_off_by_what_was_added(ball: trimesh.Trimesh) -> None:
+    case = make_case(ball)
+    truth = Truth(case, SETTINGS)
+    thicker = dataclasses.replace(case.surface, vertices=case.surface.vertices * np.float32(1.02))  # 1 cm all around
+    placed = truth.place(thicker, CAMERA, subject_of(case))
+    assert placed.shift == pytest.approx(
+        -0.014, abs=0.002
+    )  # the fronts are laid on each other where both are: a slope of 45 degrees is 1.4 cm nearer
+    shape = truth.compare_shape(placed)
+    assert 0.8 < shape["chamfer"] < 1.3
+    assert shape["iou"] == pytest.approx(1 / 1.02**2, abs=0.01)
+    assert shape["normals"] > 0.99
+    placed = dataclasses.replace(placed, surface=thicker)
+    assert truth.compare_shape(placed)["p2s"] == pytest.approx(1.0, abs=0.01)
+    assert truth.compare_shape(placed)["chamfer"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_copy_moved_sideways(wide: trimesh.Trimesh) -> None:
+    case = make_case(wide)
+    truth = Truth(case, SETTINGS)
+    moved = dataclasses.replace(case.surface, vertices=case.surface.vertices + np.array([0.02, 0, 0], np.float32))
+    shape = truth.compare_shape(truth.place(moved, CAMERA, subject_of(case)))
+    assert shape["iou"] == pytest.approx(0.88 / 0.92, abs=0.01)
+    # the flanks (0.42 + ... of the area) are 2 cm off, what slid over front and back is off by its distance to the edge
+    flanks = 2 * 1.4 * 0.3 / wide.area
+    assert shape["p2s"] == pytest.approx(100 * 0.02 * flanks, rel=0.35)
+    assert shape["normals"] > 0.95
+
+
+def test_depth_does_not_count_and_flips_do(wide: trimesh.Trimesh) -> None:
+    case = make_case(wide)
+    truth = Truth(case, SETTINGS)
+    away = dataclasses.replace(case.surface, vertices=case.surface.vertices + np.array([0, 0, 0.7], np.float32))
+    placed = truth.place(away, CAMERA, subject_of(case))
+    assert placed.shift == pytest.approx(-0.7, abs=1e-4)
+    assert truth.compare_shape(placed)["chamfer"] < 1e-3
+    tilted = case.surface.vertices @ trimesh.transformations.rotation_matrix(np.radians(30), [1, 0, 0])[:3, :3].T.astype(np.float32)
+    shape = truth.compare_shape(truth.place(dataclasses.replace(case.surface, vertices=tilted), CAMERA, subject_of(case)))
+    assert shape["normals"] == pytest.approx(np.cos(np.radians(30)), abs=0.04)
+
+
+@pytest.mark.parametrize("size", [1.0, 1.7])
+def test_size_and_place_are_the_photos(wide: trimesh.Trimesh, size: float) -> None:
+    """A prediction in another camera's metres, seen in a crop of another resolution, lands on the truth."""
+    case = make_case(wide)
+    crop, zoom = (50, 20, 350, 390), 1.5
+    own = OrthographicCamera(
+        scale=CAMERA.scale * zoom / size, center_u=(CAMERA.center_u - 50) * zoom, center_v=(CAMERA.center_v - 20) * zoom
+    )
+    moved = dataclasses.replace(own, center_u=own.center_u - own.scale * 0.3)  # its origin lies elsewhere too
+    theirs = (case.surface.vertices * size + np.array([0.3, 0, 0.5])).astype(np.float32)
+    back = to_true_frame(theirs.astype(np.float64), moved, subject_of(case, crop, zoom), CAMERA)
+    np.testing.assert_allclose(back[:, :2], case.surface.vertices[:, :2], atol=2e-6)
+    truth = Truth(case, SETTINGS)
+    placed = truth.place(dataclasses.replace(case.surface, vertices=theirs), moved, subject_of(case, crop, zoom))
+    assert truth.compare_shape(placed)["chamfer"] < 1e-3
+
+
+def test_colors_front_and_back(wide: trimesh.Trimesh) -> None:
+    front = np.asarray(wide.vertices)[:, 2] > 0
+    colors = np.where(front[:, None], [0.8, 0.2, 0.2], [0.2, 0.2, 0.8])
+    case = make_case(wide, colors)
+    truth = Truth(case, SETTINGS)
+    red = dataclasses.replace(case.surface, colors=np.tile(np.float32([0.8, 0.2, 0.2]), (len(front), 1)))
+    scores = truth.compare_colors(truth.place(red, CAMERA, subject_of(case)))
+    assert scores["psnr_front"] > 40
+    assert scores["psnr_back"] == pytest.approx(-10 * np.log10(2 * 0.36 / 3), abs=0.2)
+
+
+def test_image_scores_are_of_the_region() -> None:
+    first = np.random.default_rng(0).random((64, 64, 3)).astype(np.float32)
+    second = first.copy()
+    second[:, :32] += 0.1
+    left = np.zeros((64, 64), bool)
+    left[:, :32] = True
+    assert image_scores(first, second, left)[0] == pytest.approx(20, abs=1e-3)
+    assert image_scores(first, second, ~left)[0] == 100
+    assert image_scores(first, second, left)[1] < 1
+
+
+def test_maps_show_both_sides_on_the_same_pixels(ball: trimesh.Trimesh) -> None:
+    case = make_case(ball.copy().apply_translation([0.3, 0.2, 0.1]))
+    front, back = (surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), 200, side) for side in (1, -1))
+    assert (front.mask == back.mask).all()
+    row, column = np.argwhere(front.mask).mean(axis=0)
+    np.testing.assert_allclose((column + 0.5) * 2, CAMERA.center_u + 0.3 * CAMERA.scale, atol=1)
+    np.testing.assert_allclose((row + 0.5) * 2, CAMERA.center_v - 0.2 * CAMERA.scale, atol=1)
+    middle = round(row), round(column)
+    assert front.depth[middle] == pytest.approx(0.6, abs=0.002)
+    assert back.depth[middle] == pytest.approx(-0.4, abs=0.002)
+    assert front.normals[middle][2] > 0.99
+    assert back.normals[middle][2] < -0.99
+
+
+def test_light_multiplies_in_linear_light(wide: trimesh.Trimesh) -> None:
+    surface = make_case(wide).surface
+    textured = dataclasses.replace(surface, uv=np.zeros((len(surface.faces), 3, 2), np.float32), texture=np.full((4, 4, 3), 128, np.uint8))
+    lit = lit_by(textured, np.array([1.0, 0.5, 4.0], np.float32))
+    assert (lit.texture[0, 0] == [128, 92, 239]).all()
+    np.testing.assert_allclose(lit.colors[0], np.array([0.5, 0.3608, 0.9339]), atol=2e-3)
+
+
+def test_mirrored_coloring_shows_the_photo_on_both_sides(wide: trimesh.Trimesh) -> None:
+    case = make_case(wide)
+    image = np.zeros((SIZE, SIZE, 3), np.uint8)
+    image[:, : SIZE // 2], image[:, SIZE // 2 :] = (200, 30, 30), (30, 30, 200)
+    maps = surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), SIZE, 1)
+    subject = dataclasses.replace(subject_of(case), image=image, mask=maps.mask.astype(np.float32))
+    colored = COLORINGS["mirrored"](Shape(case.surface), subject, None, CAMERA)
+    for side in (1, -1):
+        seen = surface_maps(colored, case.normals, CAMERA, (SIZE, SIZE), SIZE, side)
+        inner = seen.mask & (np.abs(np.arange(SIZE) - SIZE / 2) > 8)[None]
+        assert np.abs(seen.colors[inner] - image[inner] / 255).max() < 0.02
+    with pytest.raises(InputError, match="network"):
+        COLORINGS["network"](Shape(case.surface), subject, None, CAMERA)
+
+
+def test_methods_have_names() -> None:
+    assert Method.parse("body-prior") == Method("body-prior", "ours")
+    assert Method.parse("body-prior:mirrored").name == "body-prior:mirrored"
+    assert Method.parse("body-prior:ours").name == "body-prior"
+    with pytest.raises(InputError, match="backend 'nerf'"):
+        Method.parse("nerf")
+    with pytest.raises(InputError, match="colouring 'best'"):
+        Method.parse("body-prior:best")
+    with pytest.raises(InputError, match="views"):
+        BenchmarkSettings(views=0)
+
+
+def test_views_are_spread_over_people_and_seeded() -> None:
+    names = [f"{person}_{outfit}" for person in ("Asian_F_2", "Black_F_3", "White_M_3") for outfit in ("Busi", "Medi")]
+    names += [f"Other_{number}_Medi" for number in range(20)]
+    studio = SimpleNamespace(
+        settings=SimpleNamespace(same_avatar=4),
+        paths={"validation": names},
+        avatar_of=lambda split, index: names[(index // 4) % len(names)],
+    )
+    views = choose_views(studio, BenchmarkSettings(views=16, seed=3))
+    assert len(set(views)) == 16
+    assert views == choose_views(studio, BenchmarkSettings(views=16, seed=3))
+    assert views != choose_views(studio, BenchmarkSettings(views=16, seed=4))
+    people = [studio.avatar_of("validation", index).rpartition("_")[0] for index in views]
+    assert all(people.count(person) == 4 for person in ("Asian_F_2", "Black_F_3", "White_M_3"))
+    assert len(set(choose_views(studio, BenchmarkSettings(views=64)))) == 64
+
+
+def test_tables() -> None:
+    def outcome(name: str, value: float) -> Outcome:
+        case = make_case(trimesh.creation.box(), name=name)
+        seconds = {"perception": 1.0, "fit": 2.0, "shape": 3.0, "color": 4.0}
+        return Outcome(case, {"body-prior": dict.fromkeys(METRICS, value)}, {"body-prior": seconds})
+
+    failed = Outcome(make_case(trimesh.creation.box()), failure="nobody")
+    outcomes = [outcome("Asian_F_2_Busi", 1.0), outcome("Other_F_9_Medi", 3.0), failed]
+    table = method_table(outcomes, {"body-prior": 900.0})
+    assert "2.00 ± 1.39" in table
+    assert "| 3.0 | 4.0 | 10.0 | 900 |" in table
+    by_person = group_table(outcomes, "body-prior", "identity")
+    assert "| Asian_F_2 | 1 | 1.00" in by_person
+    assert "| others | 1 | 3.00" in by_person
+    assert "| Medi | 1 | 3.00" in group_table(outcomes, "body-prior", "outfit")
+
+
+@pytest.mark.slow
+def test_a_photo_through_the_real_path(data_dir) -> None:
+    """A posed avatar, photographed orthographically in even light before grey: perception, fit, body-prior, metrics, sheet."""
+    avatar = load_avatar(list_avatars(data_dir / "avatars")[0])
+    surface = avatar.surface(a_pose())
+    middle = (surface.vertices.min(axis=0) + surface.vertices.max(axis=0)) / 2
+    surface = dataclasses.replace(surface, vertices=surface.vertices - middle)
+    size = 640
+    camera = OrthographicCamera(scale=0.9 * size / float(np.ptp(surface.vertices[:, 1])), center_u=size / 2, center_v=size / 2)
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    normals = np.asarray(mesh.vertex_normals, np.float32)
+    seen = surface_maps(surface, normals, camera, (size, size), size, 1)
+    image = seen.colors * (0.5 + 0.5 * np.clip(seen.normals @ [0.3, 0.5, 0.8], 0, 1))[..., None]
+    points, face = trimesh.sample.sample_surface(mesh, 4096, seed=1)
+    case = Case(
+        name=avatar.name, index=0, image=np.where(seen.mask[..., None], 255 * image, 150).astype(np.uint8),
+        mask=255 * seen.mask.astype(np.uint8), camera=camera, surface=surface, normals=normals, outer=np.arange(len(surface.faces)),
+        points=np.asarray(points, np.float32), point_normals=np.asarray(mesh.face_normals[face], np.float32),
+    )  # fmt: skip
+    methods = [Method.parse("body-prior"), Method.parse("body-prior:mirrored")]
+    settings = BenchmarkSettings(size=256, points=10_000, true_mask=True)
+    outcome = evaluate_case(case, methods, settings)
+    assert outcome.failure == ""
+    ours, mirrored = (outcome.scores[method.name] for method in methods)
+    assert set(ours) == set(METRICS)
+    assert ours["iou"] > 0.95
+    assert ours["chamfer"] < 4
+    assert ours["chamfer"] == mirrored["chamfer"]
+    assert ours["normals"] > 0.8
+    assert ours["psnr_front"] > 15
+    assert ours["psnr_back"] > mirrored["psnr_back"]
+    assert set(outcome.seconds["body-prior"]) == {"perception", "fit", "shape", "color"}
+    sheet = outcome_sheet(outcome, size=96)
+    assert sheet.shape[0] == 3 * 96
+    assert 96 < sheet.shape[1] <= 8 * 96
+    assert stack_sheets([sheet, sheet[:, :200]]).shape == (6 * 96, sheet.shape[1], 3)
+    assert sheet.std() > 20
+    json.dumps(outcome.scores)
+    nobody = dataclasses.replace(case, image=np.full_like(case.image, 128))
+    assert "no person" in evaluate_case(nobody, methods, BenchmarkSettings()).failure

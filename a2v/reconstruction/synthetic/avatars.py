@@ -153,9 +153,7 @@ class Avatar(Record):
     def skin(self, bone_transforms: FloatArray) -> FloatArray:
         """Vertices (V, 3) float32, metres, for world-from-bone transforms (B, 4, 4): linear blend skinning."""
         moves = bone_transforms.astype(np.float64) @ np.linalg.inv(self.rest_transforms.astype(np.float64))
-        chosen = moves[self.bones]  # (V, 4, 4, 4)
-        placed = np.einsum("vkij,vkj->vki", chosen[..., :3, :3], self.influences) + chosen[..., :3, 3]
-        return np.asarray(np.einsum("vk,vki->vi", self.weights, placed), np.float32)
+        return linear_blend(self.influences, self.weights, self.bones, moves)
 
     def surface(self, rotations: Mapping[str, Sequence[float] | FloatArray] | None = None, *, ground: bool = True) -> Surface:
         """The posed person as a textured mesh.
@@ -189,6 +187,24 @@ class Avatar(Record):
         colors = np.full((len(self.weights), 3), 0.5, np.float32)
         colors[self.faces] = self.texture[rows, columns] / np.float32(255)
         return colors
+
+
+def linear_blend(points: FloatArray, weights: FloatArray, bones: IntArray, moves: FloatArray) -> FloatArray:
+    """Linear blend skinning: vertices (V, 3) float32, metres.
+
+    Parameters
+    ----------
+    points : (V, 3), or (V, K, 3) where each bone places the vertex elsewhere at rest
+    weights : (V, K), rows sum to 1
+    bones : (V, K) int
+    moves : (B, 4, 4)
+        From the rest pose to the new one, world axes.
+    """
+    if points.ndim == 2:
+        points = points[:, None]
+    chosen = moves[bones]
+    placed = np.einsum("vkij,vkj->vki", chosen[..., :3, :3], np.broadcast_to(points, (*bones.shape, 3))) + chosen[..., :3, 3]
+    return np.asarray(np.einsum("vk,vki->vi", weights, placed), np.float32)
 
 
 def a_pose(arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0) -> dict[str, tuple[float, float, float]]:

@@ -403,17 +403,20 @@ class Outcome:
     scores : mapping of method name to metric to value
         Empty if the photo failed.
     seconds : mapping of method name to stage to wall seconds
+    made : mapping of method name to mapping
+        Provenance of the surface: digest of the weights, iterations of Eq. 14...
     surfaces : mapping of method name to Surface
         In the true frame.
     fit : FitResult or None
     subject : Subject or None
     failure : str
-        Why perception or the fit gave up; "" if they did not.
+        Why perception, the fit or a method gave up; "" if they did not. Such photos count for no method.
     """
 
     case: Case
     scores: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
     seconds: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    made: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
     surfaces: Mapping[str, Surface] = dataclasses.field(default_factory=dict)
     fit: FitResult | None = None
     subject: Subject | None = None
@@ -430,17 +433,21 @@ class Outcome:
 
 def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Outcome:
     """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone."""
+    try:
+        return _evaluate(case, methods, settings)
+    except InputError as error:
+        return Outcome(case, failure=str(error))
+
+
+def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Outcome:
     from a2v.body import fit_body
     from a2v.perception import find_person
 
     clock = _Clock()
-    try:
-        subject = find_person(case.image, mask=case.mask if settings.true_mask else None)
-        clock.lap("perception")
-        fit = fit_body(subject)
-        clock.lap("fit")
-    except InputError as error:
-        return Outcome(case, failure=str(error))
+    subject = find_person(case.image, mask=case.mask if settings.true_mask else None)
+    clock.lap("perception")
+    fit = fit_body(subject)
+    clock.lap("fit")
     truth = Truth(case, settings)
     common = dict(clock.seconds)
     scores: dict[str, dict[str, float]] = {}
@@ -462,7 +469,8 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
             scores[method.name] = geometry | truth.compare_colors(placed)
             seconds[method.name] = common | clock.seconds
             surfaces[method.name] = placed.surface
-    return Outcome(case, scores, seconds, surfaces, fit, subject)
+    made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
+    return Outcome(case, scores, seconds, made, surfaces, fit, subject)
 
 
 class _Clock:
@@ -616,7 +624,11 @@ def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: B
         "failed": sum(bool(outcome.failure) for outcome in outcomes),
         "photos": [
             {"avatar": outcome.case.name, "index": outcome.case.index, **outcome.case.facts}
-            | ({"failure": outcome.failure} if outcome.failure else {"scores": outcome.scores, "seconds": outcome.seconds})
+            | (
+                {"failure": outcome.failure}
+                if outcome.failure
+                else {"scores": outcome.scores, "seconds": outcome.seconds, "made": outcome.made}
+            )
             for outcome in outcomes
         ],
     }

@@ -130,9 +130,9 @@ def sample_field(
 ) -> SampledField:
     """Evaluate a field coarse to fine, near its surface only.
 
-    A cell is refined where its corners differ in sign, or where one of them is so near to the surface that it could cross the cell
-    unseen (`ExtractionSettings.slack`). Fields that are no true distances are followed too: as long as the surface runs into a cell
-    that was not evaluated, this cell is.
+    A cell is refined where its corners differ in sign, or, but for the finest level, where one of them is so near to the surface that it
+    could cross the cell unseen (`ExtractionSettings.slack`). As long as the surface runs into a cell that was not evaluated, this cell
+    is, so that thin parts, and fields that are no true distances, are followed.
 
     Parameters, errors: as `extract_surface`.
     """
@@ -151,7 +151,8 @@ def sample_field(
     evaluations = 0
     for level in range(levels + 1):
         if level:
-            near = _near_cells(values, settings.slack * 0.5 * np.sqrt(3.0) * step)
+            # at last only cells that the surface is known to cross: the others are reached from these
+            near = _crossed(values) if level == levels else _near_cells(values, settings.slack * 0.5 * np.sqrt(3.0) * step)
             step /= 2
             values, known = _halved(values), _halved_known(known)
             wanted = np.repeat(np.repeat(np.repeat(near, 2, 0), 2, 1), 2, 2)

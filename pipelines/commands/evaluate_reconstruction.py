@@ -27,12 +27,13 @@ per photo a row for the truth and one for each method (photo or mask; front, lef
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
     from a2v.evaluation.reconstruction import BenchmarkSettings
-    from a2v.reconstruction.backends import BACKENDS
 
     parser.add_argument("--data", required=True, help="folder with avatars/ and the motion data")
     parser.add_argument("--studio", required=True, help="folder of a2v studio")
     parser.add_argument(
-        "--methods", default=",".join([*BACKENDS, f"{next(iter(BACKENDS))}:mirrored"]), help="BACKEND or BACKEND:COLOURING, with commas"
+        "--methods",
+        default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
+        help="BACKEND or BACKEND:COLOURING, with commas",
     )
     parser.add_argument("--sheet", type=int, default=8, help="photos on the picture sheet, 0 for none")
     parser.add_argument("--out", required=True, help="the .md to write; .json and .jpg lie beside it")

@@ -38,7 +38,7 @@ from a2v.reconstruction.synthetic.solid import (
     RayScene,
     Solid,
     caps,
-    face_normals,
+    facing,
     open_faces,
     signed_distance_and_normals,
     smooth_normals,
@@ -46,6 +46,7 @@ from a2v.reconstruction.synthetic.solid import (
 )
 from a2v.reconstruction.synthetic.variation import SPLITS, Build, Wardrobe, find_clothes, rebuild, recolor, split_of
 from a2v.reconstruction.synthetic.view import GUIDE_SIZE, MAP_SIZE, PHOTO_SIZE, View, encode_pictures, view_path
+from a2v.reconstruction.visibility import vertex_normals
 from a2v.rendering.images import linear_to_srgb, srgb_to_linear
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Progress, Surface
 
@@ -303,8 +304,9 @@ class Studio:
         shadows, gain = _light_up(rays, scene, fore, light, generator)
         image, mask, quality = _photograph(rays, scene, fore, light, shadows, gain, generator)
         guide_faces = self._guide(scene.avatar).faces
+        guide_normals = vertex_normals(scene.guide, guide_faces).astype(np.float32)
         guide_rays = RayScene(scene.guide, guide_faces)
-        guide_maps = [_maps(guide_rays, scene.guide, guide_faces, None, camera, GUIDE_SIZE, side) for side in (1, -1)]
+        guide_maps = [_maps(guide_rays, scene.guide, guide_faces, guide_normals, camera, GUIDE_SIZE, side) for side in (1, -1)]
         corners = scene.parts[surface.faces[fore.hits.face[fore.hits.hit]]]
         weights = np.concatenate(
             [1 - fore.hits.barycentric[fore.hits.hit].sum(axis=1, keepdims=True), fore.hits.barycentric[fore.hits.hit]], 1
@@ -323,7 +325,7 @@ class Studio:
         on = _surface_samples(scene, solid, rays, gain, settings.surface_points, generator)
         points = _space_samples(scene, solid, settings, generator)
         both = np.concatenate([points, on.points])
-        guide_distance, guide_at = signed_distance_and_normals(scene.guide, guide_faces, guide_rays, both)
+        guide_distance, guide_at = signed_distance_and_normals(scene.guide, guide_faces, guide_normals, guide_rays, both)
         here = slice(len(points)), slice(len(points), None)  # in space, and on the surface
         return View(
             encoded=encode_pictures(image, quality, maps),
@@ -443,9 +445,9 @@ def _pixel_rays(camera: OrthographicCamera, pixels: FloatArray, z: float) -> Flo
 
 
 def _maps(
-    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray | None, camera: OrthographicCamera, size: int, side: int
+    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray, camera: OrthographicCamera, size: int, side: int
 ) -> _Maps:
-    """Depth and normals (of the vertices, or without them of the faces) from the front (`side` 1) or through from the back (-1)."""
+    """Depth and normals from the front (`side` 1) or through from the back (-1)."""
     step = PHOTO_SIZE / size
     grid = (np.arange(size) + 0.5) * step
     corner = camera.project(vertices)
@@ -459,7 +461,7 @@ def _maps(
     hits = _scattered(some, index, whole)
     hit = hits.hit
     normal = np.zeros((whole, 3), np.float32)
-    normal[hit] = face_normals(vertices, faces)[hits.face[hit]] if normals is None else _facing(hits.interpolate(normals, faces), side)
+    normal[hit] = facing(hits.interpolate(normals, faces), side)
     depth = np.where(hit, far - side * hits.distance, np.nan).astype(np.float32)
     return _Maps(hits, depth.reshape(size, size), normal.reshape(size, size, 3))
 
@@ -470,13 +472,6 @@ def _scattered(hits: Hits, index: IntArray, count: int) -> Hits:
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
     hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
     return Hits(hit, distance, face, uv)
-
-
-def _facing(normals: FloatArray, side: int) -> FloatArray:
-    """Unit normals; interpolated ones that point away from the viewer are tilted to the rim."""
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
 
 
 def _light_up(rays: RayScene, scene: Scene, fore: _Maps, light: Light, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -566,7 +561,7 @@ class _Shaded:
 def _shade(scene: Scene, light: Light, shadows: FloatArray, hits: Hits, pixels: FloatArray) -> _Shaded:
     """Linear colours (n, 3) of the hits (texture times light, plus highlights), and the irradiance over pi alone."""
     surface = scene.surface
-    normals = _facing(hits.interpolate(scene.normals, surface.faces), 1)
+    normals = facing(hits.interpolate(scene.normals, surface.faces), 1)
     at = (pixels[hits.hit] * (MAP_SIZE / PHOTO_SIZE) - 0.5).astype(np.float32)
     found = _sampled(shadows, at)
     reach = Shadows(found[:, 0], found[:, 1:].T)

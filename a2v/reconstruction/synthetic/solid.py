@@ -100,6 +100,13 @@ def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12), np.float32)
 
 
+def facing(normals: FloatArray, side: int) -> FloatArray:
+    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away from there are tilted to the rim."""
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
+
+
 def cosine_directions(normals: FloatArray, generator: np.random.Generator) -> FloatArray:
     """One direction (N, 3) float32 a normal, drawn from the cosine lobe around it."""
     sphere = generator.standard_normal(normals.shape, dtype=np.float32)
@@ -255,28 +262,30 @@ class Solid:
 
 
 def signed_distance_and_normals(
-    vertices: FloatArray, faces: IntArray, scene: RayScene, points: FloatArray
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: RayScene, points: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and the unit normal (N, 3) of the face at the closest point.
+    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at the closest point.
 
     Parameters
     ----------
-    vertices, faces
-        The mesh.
+    vertices, faces, normals
+        The mesh; normals (V, 3) of its vertices, which are interpolated.
     scene : RayScene
         Of the same mesh.
     """
-    order, normals = coherent(points), face_normals(vertices, faces)
+    order = coherent(points)
     closest = scene.closest(points[order])
     distance, normal = np.empty(len(points), np.float32), np.empty((len(points), 3), np.float32)
-    distance[order], normal[order] = closest.distance, normals[closest.face]
-    inside = scene.crossings(points, normals) > 0  # closed, so exact, and five times as fast as `winding_number`
+    distance[order], normal[order] = closest.distance, closest.interpolate(normals, faces)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    # closed, so exact, and five times as fast as `winding_number`
+    inside = scene.crossings(points, face_normals(vertices, faces)) > 0
     return np.where(inside, -distance, distance), normal
 
 
 def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
     """An order (N,) in which neighbours follow each other: searches find warm caches."""
-    return np.lexsort(np.floor(points / cell).T)
+    return np.asarray(np.lexsort(np.floor(points / cell).T))
 
 
 @dataclass(frozen=True)

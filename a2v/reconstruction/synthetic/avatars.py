@@ -173,13 +173,13 @@ class Avatar(Record):
         return Surface(
             vertices=vertices,
             faces=self.faces,
-            colors=self._vertex_colors(),
+            colors=self.vertex_colors(),
             uv=self.uv,
             texture=self.texture,
             provenance={**self.provenance, "avatar": self.name},
         )
 
-    def _vertex_colors(self) -> FloatArray:
+    def vertex_colors(self) -> FloatArray:
         """The texture at each vertex (nearest texel of one of its corners), sRGB in [0, 1]."""
         height, width = self.texture.shape[:2]
         columns = np.clip((self.uv[..., 0] * width).astype(int), 0, width - 1)

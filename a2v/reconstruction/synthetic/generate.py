@@ -272,7 +272,7 @@ class Studio:
         scale = settings.fill * PHOTO_SIZE / float((most - least).max()) / factor
         vertices = (factor * (seen - origin)).astype(np.float32)
         surface = Surface(
-            vertices=vertices, faces=plain.faces, colors=_vertex_colors(plain, texture), uv=plain.uv, texture=texture,
+            vertices=vertices, faces=plain.faces, colors=dataclasses.replace(plain, texture=texture).vertex_colors(), uv=plain.uv, texture=texture,
             provenance={"avatar": plain.name, "pose": name},
         )  # fmt: skip
         return Scene(
@@ -422,10 +422,6 @@ def _turned(transforms: FloatArray, turn: FloatArray) -> FloatArray:
     whole = np.eye(4)
     whole[:3, :3] = turn
     return np.asarray(whole @ transforms)
-
-
-def _vertex_colors(avatar: Avatar, texture: ByteArray) -> FloatArray:
-    return dataclasses.replace(avatar, texture=texture)._vertex_colors()
 
 
 def _packed(normals: FloatArray) -> IntArray:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class GuideErrors:
     """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
 
-    The defaults were measured on 20 validation views (docs/reconstruction.md, "What a fit gets wrong"). Turns are degrees.
+    The defaults imitate what was measured on validation views (docs/studio.md). Turns are degrees.
 
     Attributes
     ----------

@@ -8,7 +8,9 @@ outpainting and endless sequences are made of; a run over many frames is the fas
 
 from __future__ import annotations
 
+import copy
 import json
+import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -242,8 +244,30 @@ def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: M
     }
 
 
+def cooled(model: MotionVAE, temperature: float) -> MotionVAE:
+    """A copy of `model` whose prior draws latents with `temperature` times its standard deviation.
+
+    Raises
+    ------
+    InputError
+        The temperature is not above 0 and at most 2.
+    """
+    if not 0 < temperature <= 2:
+        raise InputError(f"temperature is {temperature}; expected a number above 0 and at most 2")
+    copied = copy.deepcopy(model)
+    with torch.no_grad():
+        copied.prior.logvar_net.bias.add_(2 * math.log(temperature))
+    return copied
+
+
 def export_motion(
-    model: MotionVAE, dataset: ActionDataset, path: str | os.PathLike[str], *, licence: str, extra: Mapping[str, Any] | None = None
+    model: MotionVAE,
+    dataset: ActionDataset,
+    path: str | os.PathLike[str],
+    *,
+    licence: str,
+    temperature: float = 1.0,
+    extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Write the ONNX file of `model`.
 
@@ -255,10 +279,12 @@ def export_motion(
     path : path
     licence : str
         Licence of the weights, shown to users.
+    temperature : float
+        Of the prior, see `cooled`; 1 is the papers'. Less makes clips that are more typical of their action, and less varied.
     extra : mapping
         More metadata (training settings, metrics); must be JSON.
     """
     if len(dataset.actions) != model.n_actions:
         raise InputError(f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}")
-    graph = sequence_model(model.cpu(), dataset.frame.metres_per_unit)
-    save_model(graph, describe(model, dataset, licence=licence, extra=extra), path)
+    graph = sequence_model(cooled(model.cpu(), temperature), dataset.frame.metres_per_unit)
+    save_model(graph, describe(model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}), path)

@@ -54,6 +54,9 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument(
         "--guidance", type=float, default=GUIDANCE, help="how far the exported flow is pushed towards the action; 1: not (train flow)"
     )
+    parser.add_argument(
+        "--temperature", type=float, default=1.0, help="of the exported VAE's prior; below 1: more typical, less varied (train motion)"
+    )
     parser.add_argument("--flow", type=FlowSettings, default=FlowSettings(), help="the window flow (train flow)")
     parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network (train motion)")
     parser.add_argument("--classifier", type=ClassifierSettings, default=ClassifierSettings(), help="the classifier (train classifier)")
@@ -195,6 +198,7 @@ def _train_vae(settings: Any) -> int:
         dataset,
         out / "motion.onnx",
         licence=settings.licence,
+        temperature=settings.temperature,
         extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}} | unseen,
     )
     print(out / "motion.onnx")

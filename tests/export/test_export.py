@@ -19,7 +19,7 @@ from a2v.motion.networks import DECODERS, MotionVAE, VAESettings
 from a2v.motion.sampler import initial_feed
 from a2v.types import Motion
 from export import sample as sample_script
-from export.motion import export_motion
+from export.motion import cooled, export_motion
 from tests.motion.test_training import waving
 
 SCRIPT = Path(sample_script.__file__)
@@ -45,6 +45,20 @@ def test_onnx_equals_pytorch_on_the_same_noise(exported, batch, frames):
     joints, _ = onnx_model.run_steps(actions, noise, lengths)
     expected = model.sample(torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)).joints.numpy()
     assert np.abs(joints - expected).max() < 1e-4
+
+
+@pytest.mark.parametrize("temperature", [0.5, 1.0])
+def test_a_cooled_prior_takes_a_share_of_the_noise(exported, temperature):
+    model, _ = exported
+    rng = np.random.default_rng(0)
+    noise, lengths = torch.from_numpy(rng.standard_normal((3, 9, 6), dtype=np.float32)), torch.full((3, 20), 0.3)
+    actions = torch.eye(2)[torch.zeros(3, 9, dtype=torch.long)]
+    with torch.no_grad():
+        cold = cooled(model, temperature).sample(actions, lengths, noise).joints
+        scaled = model.sample(actions, lengths, noise * temperature).joints
+    assert (cold - scaled).abs().max() < 1e-5
+    with pytest.raises(InputError, match="temperature is 0"):
+        cooled(model, 0.0)
 
 
 def test_frames_one_by_one_equal_the_whole_clip(exported):

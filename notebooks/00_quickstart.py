@@ -81,15 +81,15 @@ for ax, title in zip(axes, ("landmarks", "mask"), strict=True):
 # The body model's shape, pose and the photo's camera are fitted to landmarks and silhouette. The dots are the body's vertices, seen by that camera.
 
 # %%
-fitted = compute("body", "photo_camera")
-body, camera = fitted.get("body", Body), fitted.get("photo_camera", OrthographicCamera)
+fitted = compute("photo_body", "photo_camera")
+body, camera = fitted.get("photo_body", Body), fitted.get("photo_camera", OrthographicCamera)
 pixels = camera.project(body.vertices)
 plt.figure(figsize=(4, 5))
 plt.imshow(subject.image)
 plt.scatter(pixels[:, 0], pixels[:, 1], s=0.2, c="tab:cyan")
 plt.title(f"{len(body.vertices)} vertices, {len(body.bone_names)} bones, {np.ptp(body.vertices[:, 1]):.2f} m high")
 plt.axis("off")
-print({name: value for name, value in fitted.nodes["body"].measures.items() if isinstance(value, float)})
+print({name: value for name, value in fitted.nodes["photo_body"].measures.items() if isinstance(value, float)})
 
 # %% [markdown]
 # ## The surface with the photo's colours

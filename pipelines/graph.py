@@ -63,8 +63,9 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
     return (
         Step(motion.recorded if recorded else motion.motion, "motion"),
         Step(subject.subject, "subject"),
-        Step(body.body, ("body", "photo_camera")),
+        Step(body.photo_body, ("photo_body", "photo_camera")),
         Step(reconstruction.surface, "surface"),
+        Step(body.body, "body"),
         Step(reconstruction.colored, "colored"),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 MAX_PHOTO_BYTES = 256 << 20
 
 
+SHAPE_OPTIONS = {"pifu": "implicit", "body-prior": "shape"}
+"""What the options of a backend begin with."""
+
+
 def check_writable(folder: str | os.PathLike[str]) -> Path:
     """Make `folder` and check that files can be made in it, before minutes are spent.
 
@@ -80,6 +84,17 @@ def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, s
     for name in action.split(","):
         opened.label(name.strip())
     return {"model": File.of(opened.path), "action": action, "frames": frames, "seed": seed, "fps": fps}
+
+
+def add_model_argument(parser: Any, *, several: bool = False) -> None:
+    """The option that names a motion model, or `several`."""
+    from a2v.motion import BUNDLED
+
+    text = f"motion model: {', '.join(BUNDLED)}, or an .onnx file"
+    if several:
+        parser.add_argument("--model", action="append", default=[], help=f"{text}; may be repeated")
+    else:
+        parser.add_argument("--model", default="cmu", help=text)
 
 
 def add_render_arguments(parser: Any) -> None:
@@ -170,12 +185,13 @@ def stage_settings() -> dict[str, Any]:
     from a2v.animation import BindSettings, DeformSettings, RetargetSettings
     from a2v.body import FitSettings
     from a2v.perception import PerceptionSettings
-    from a2v.reconstruction import ColorSettings, SurfaceSettings
+    from a2v.reconstruction import ColorSettings
+    from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
 
     return {
         "perception": PerceptionSettings(),
         "fit": FitSettings(),
-        "shape": SurfaceSettings(),
+        "shape": _shape_settings(SETTINGS[DEFAULT_BACKEND]),
         "color": ColorSettings(),
         "bind": BindSettings(),
         "retarget": RetargetSettings(),
@@ -193,15 +209,34 @@ def add_photo_arguments(parser: Any) -> None:
 
 
 def add_stage_arguments(parser: Any, names: Sequence[str]) -> None:
-    """Options of the named stages, such as ``--fit.iterations``."""
+    """Options of the named stages, such as ``--fit.iterations``; with "shape" those of every backend, and which one."""
+    from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
+
     for name, settings in stage_settings().items():
-        if name in names:
+        if name in names and name != "shape":
             parser.add_class_arguments(type(settings), name)
+    if "shape" in names:
+        parser.add_argument("--backend", choices=tuple(SETTINGS), default=DEFAULT_BACKEND, help="how the person is reconstructed")
+        for backend, settings in SETTINGS.items():
+            parser.add_class_arguments(type(settings), SHAPE_OPTIONS[backend])
 
 
 def stages_of(settings: Any) -> dict[str, Any]:
     """The stages' settings out of parsed options."""
-    return {name: getattr(settings, name) for name in stage_settings() if hasattr(settings, name)}
+    found = {name: getattr(settings, name) for name in stage_settings() if hasattr(settings, name)}
+    if hasattr(settings, "backend"):
+        found["shape"] = _shape_settings(getattr(settings, SHAPE_OPTIONS[settings.backend]))
+    return found
+
+
+def _shape_settings(settings: Any) -> Any:
+    """A backend's settings with the digest of its weights, which remembered results go by."""
+    from a2v.reconstruction import ImplicitSettings
+    from a2v.reconstruction.implicit import ImplicitModel
+
+    if isinstance(settings, ImplicitSettings):
+        return dataclasses.replace(settings, digest=ImplicitModel.load(settings.weights or None).digest)
+    return settings
 
 
 def photo_parameters(

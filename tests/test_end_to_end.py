@@ -21,7 +21,7 @@ from a2v.types import Motion, Subject
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 FRAMES, VIEWS, SIZE = 3, ("front", "left"), 64
-STILL = ("subject", "body", "surface", "colored", "character")
+STILL = ("subject", "photo_body", "surface", "body", "colored", "character")
 
 
 def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk") -> list[str]:
@@ -107,7 +107,7 @@ def test_the_report_tells_what_made_it(made):
     assert nodes["frame"]["calls"] == FRAMES * len(VIEWS)
     assert nodes["posed"]["calls"] == FRAMES
     assert all(node["calls"] >= 1 for node in nodes.values())
-    assert nodes["body"]["measures"]
+    assert nodes["photo_body"]["measures"]
     assert 0 < told["seconds"] < 600
     assert 50 < told["peak_memory_mb"] < 6000
 

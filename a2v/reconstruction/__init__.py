@@ -9,6 +9,7 @@ from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
+from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
 from a2v.reconstruction.sheet import surface_sheet
 from a2v.reconstruction.visibility import silhouette_iou, visible_vertices
 
@@ -16,10 +17,12 @@ __all__ = [
     "ColorSettings",
     "ColorSolution",
     "ExtractionSettings",
+    "ImplicitSettings",
     "SurfaceSettings",
     "body_prior_surface",
     "color_surface",
     "extract_surface",
+    "implicit_surface",
     "silhouette_iou",
     "solve_colors",
     "surface_sheet",

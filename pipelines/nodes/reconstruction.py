@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from a2v.reconstruction import ColorSettings, SurfaceSettings
+from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from pipelines.memo import memo, progress
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("reconstruction", "body.parts"))
-def surface(subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: SurfaceSettings) -> Ref[Surface]:
-    """Push the fitted body out to the silhouette: clothes and hair."""
-    from a2v.reconstruction import body_prior_surface
+@memo(uses=("reconstruction", "body.parts", "sessions"))
+def surface(
+    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: SurfaceSettings | ImplicitSettings
+) -> Ref[Surface]:
+    """Reconstruct the person with clothes and hair; whose settings are given says by which backend."""
+    from a2v.reconstruction.backends import reconstruct_surface
 
-    return put(
-        body_prior_surface(
-            get(subject, Subject), get(body, Body), get(photo_camera, OrthographicCamera), settings=shape, progress=progress()
-        )
-    )
+    camera = get(photo_camera, OrthographicCamera)
+    return put(reconstruct_surface(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
 
 
 @memo(uses=("reconstruction", "body.parts"))
@@ -27,8 +26,10 @@ def colored(
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
     from a2v.body import nearest_parts
     from a2v.reconstruction import color_surface
+    from a2v.reconstruction.backends import expected_colors
 
     shape = get(surface, Surface)
     camera = get(photo_camera, OrthographicCamera)
     parts = nearest_parts(shape.vertices, get(body, Body))
-    return put(color_surface(shape, get(subject, Subject), camera, parts=parts, settings=color, progress=progress()))
+    person, prior = get(subject, Subject), expected_colors(shape)
+    return put(color_surface(shape, person, camera, prior=prior, parts=parts, settings=color, progress=progress()))

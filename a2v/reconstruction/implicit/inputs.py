@@ -7,12 +7,12 @@ x to the right and y down, so that maps of any resolution are sampled alike.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.reconstruction.visibility import raycasting_scene
+from a2v.reconstruction.synthetic.solid import RayScene, facing, signed_distance_and_normals
+from a2v.reconstruction.visibility import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 FRAME = 1024
@@ -116,40 +116,32 @@ class GuideMaps:
 
 
 class GuideMesh:
-    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are compared with (Embree through Open3D)."""
+    """A closed body mesh, vertices (V, 3) metres and faces (F, 3), that points and pixels are compared with."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
-        self._vertices = np.asarray(vertices, np.float32)
-        self._scene = raycasting_scene(self._vertices, faces)
-        self._mirrored = raycasting_scene(self._vertices * np.array([1, 1, -1], np.float32), faces)
+        self._vertices, self._faces = np.asarray(vertices, np.float32), np.asarray(faces)
+        self._normals = vertex_normals(self._vertices, self._faces).astype(np.float32)
+        self._rays = RayScene(self._vertices, self._faces)
 
     def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at the nearest point."""
-        import open3d as o3d
-
-        query: Any = o3d.core.Tensor.from_numpy(np.ascontiguousarray(points, np.float32))
-        normals = self._scene.compute_closest_points(query)["primitive_normals"].numpy()
-        return self._scene.compute_signed_distance(query, nsamples=3).numpy(), normals
+        return signed_distance_and_normals(self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32))
 
     def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
         """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
+        (depth_front, normals_front), (depth_back, normals_back) = (self._seen(camera, frame, size, side) for side in (1, -1))
+        return GuideMaps(depth_front, depth_back, normals_front, normals_back)
+
+    def _seen(self, camera: OrthographicCamera, frame: int, size: int, side: int) -> tuple[FloatArray, FloatArray]:
+        """Depth and normals from the front (`side` 1), or through from the back (-1)."""
         columns, rows = np.meshgrid(*[(np.arange(size) + 0.5) * (frame / size)] * 2)
-        points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
-        low, high = float(self._vertices[:, 2].min()), float(self._vertices[:, 2].max())
-        depth_front, normals_front = _hits(self._scene, points, high + 1)
-        depth_back, normals_back = _hits(self._mirrored, points, 1 - low)
-        return GuideMaps(depth_front, -depth_back, normals_front, normals_back * np.array([1, 1, -1], np.float32))
-
-
-def _hits(scene: Any, points: FloatArray, front: float) -> tuple[FloatArray, FloatArray]:
-    """Depth (NaN without a hit) and unit normal of what the camera on +z sees at the x and y of points (H, W, 3)."""
-    rays = np.zeros((*points.shape[:2], 6), np.float32)
-    rays[..., :2], rays[..., 2], rays[..., 5] = points[..., :2], front, -1
-    found = scene.cast_rays(rays)
-    distance, normals = found["t_hit"].numpy(), found["primitive_normals"].numpy()
-    hit = np.isfinite(distance)
-    normals = normals * np.where(normals[..., 2:] < 0, -1, 1)
-    return np.where(hit, front - distance, np.nan).astype(np.float32), np.where(hit[..., None], normals, 0).astype(np.float32)
+        far = side * (float(np.abs(self._vertices[:, 2]).max()) + 1)
+        origins = camera.unproject(np.stack([columns.ravel(), rows.ravel()], axis=-1), far)
+        hits = self._rays.cast(origins, np.array([0, 0, -side], np.float32))
+        normals = np.zeros((size * size, 3), np.float32)
+        normals[hits.hit] = facing(hits.interpolate(self._normals, self._faces), side)
+        depth = np.where(hits.hit, far - side * hits.distance, np.nan).astype(np.float32)
+        return depth.reshape(size, size), normals.reshape(size, size, 3)
 
 
 def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.errors import InputError
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.visibility import silhouette_iou, vertex_normals
@@ -29,12 +30,15 @@ class ImplicitSettings:
         Vertices to aim at, at least 25,000.
     threads : int
         Of onnxruntime; 0 for its default.
+    digest : str
+        `ImplicitModel.digest` that the files must have; "" for any.
     """
 
     weights: str = ""
     resolution: int = 320
     vertices: int = 36_000
     threads: int = 0
+    digest: str = ""
 
     def __post_init__(self) -> None:
         self.extraction  # noqa: B018  checks resolution and vertices
@@ -78,6 +82,8 @@ def implicit_surface(
     """
     settings = settings or ImplicitSettings()
     model = ImplicitModel.load(settings.weights or None, threads=settings.threads)
+    if settings.digest not in ("", model.digest):
+        raise InputError(f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}")
     person = model.see(subject, body, camera)
     vertices, faces = extract_surface(person.distance, person_bounds(person, body), settings=settings.extraction, progress=progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))

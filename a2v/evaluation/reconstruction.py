@@ -446,6 +446,10 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
     clock = _Clock()
     subject = find_person(case.image, mask=case.mask if settings.true_mask else None)
     clock.lap("perception")
+    person, true = mask_in_photo(subject) > 0.5, case.mask > 127
+    if (person & true).sum() < 0.5 * (person | true).sum():
+        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
+    clock.start()
     fit = fit_body(subject)
     clock.lap("fit")
     truth = Truth(case, settings)
@@ -526,6 +530,7 @@ def outcome_sheet(outcome: Outcome, *, size: int = 200) -> ByteArray:
     """
     import cv2
 
+    from a2v.rendering.images import to_bytes
     from a2v.rendering.preview import preview_surface
 
     case = outcome.case
@@ -541,7 +546,8 @@ def outcome_sheet(outcome: Outcome, *, size: int = 200) -> ByteArray:
     photo = cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA)
     mask = np.zeros((size, size, 3), np.uint8)
     if outcome.subject is not None:
-        mask = _mask_in_photo(outcome.subject, case.image.shape[:2], size)
+        small = cv2.resize(mask_in_photo(outcome.subject), (size, size), interpolation=cv2.INTER_AREA)
+        mask[:] = to_bytes(small)[..., None]
     rows = []
     for name, surface in {"truth": case.surface, **outcome.surfaces}.items():
         first = photo if name == "truth" else mask
@@ -561,17 +567,17 @@ def stack_sheets(sheets: Sequence[ByteArray]) -> ByteArray:
     return np.vstack([np.pad(sheet, ((0, 0), (0, width - sheet.shape[1]), (0, 0)), constant_values=235) for sheet in sheets])
 
 
-def _mask_in_photo(subject: Subject, photo: tuple[int, ...], size: int) -> ByteArray:
-    """What perception took for the person, (size, size, 3)."""
+def mask_in_photo(subject: Subject) -> FloatArray:
+    """What perception took for the person, in the whole photo, (H, W) float32."""
     import cv2
 
     left, top, right, bottom = subject.crop
-    whole = np.zeros((photo[0], photo[1]), np.float32)
+    width, height = subject.photo_size
     crop = cv2.resize(subject.mask, (right - left, bottom - top), interpolation=cv2.INTER_AREA)
-    y, x = slice(max(0, top), min(photo[0], bottom)), slice(max(0, left), min(photo[1], right))
+    whole = np.zeros((height, width), np.float32)
+    y, x = slice(max(0, top), min(height, bottom)), slice(max(0, left), min(width, right))
     whole[y, x] = crop[y.start - top : y.stop - top, x.start - left : x.stop - left]
-    small = cv2.resize(whole, (size, size), interpolation=cv2.INTER_AREA)
-    return np.repeat((255 * np.clip(small, 0, 1)).astype(np.uint8)[..., None], 3, axis=2)
+    return whole
 
 
 def _cell(values: Sequence[float], decimals: int, interval: bool = True) -> str:

@@ -74,6 +74,21 @@ BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings i
 """Backends by name, with default settings."""
 
 
+def check_backend(name: str) -> None:
+    """Fail early.
+
+    Raises
+    ------
+    InputError
+        The backend's weights are missing.
+    """
+    settings = SETTINGS[name]
+    if isinstance(settings, ImplicitSettings):
+        from a2v.reconstruction.implicit.model import ImplicitModel
+
+        ImplicitModel.load(settings.weights or None)
+
+
 def color_shape(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
     from a2v.body import nearest_parts

@@ -60,6 +60,7 @@ def run(settings: Any) -> int:
         report,
         stack_sheets,
     )
+    from a2v.reconstruction.backends import check_backend
     from pipelines.bar import bar
     from pipelines.inputs import check_writable
 
@@ -69,6 +70,8 @@ def run(settings: Any) -> int:
     check_writable(out.parent)
     protocol = BenchmarkSettings(**{name: settings[name] for name in BenchmarkSettings.__dataclass_fields__})
     methods = [Method.parse(name.strip()) for name in settings.methods.split(",")]
+    for backend in {method.backend for method in methods}:
+        check_backend(backend)
     studio = open_studio(settings.studio, settings.data)
     outcomes: list[Outcome] = []
     sheet: list[np.ndarray] = []

@@ -23,6 +23,7 @@ from a2v.evaluation.reconstruction import (
     group_table,
     image_scores,
     lit_by,
+    mask_in_photo,
     method_table,
     outcome_sheet,
     stack_sheets,
@@ -32,6 +33,7 @@ from a2v.evaluation.reconstruction import (
 from a2v.reconstruction.backends import COLORINGS, Shape
 from a2v.reconstruction.synthetic import a_pose, list_avatars, load_avatar
 from a2v.types import OrthographicCamera, Subject, Surface
+from pipelines.cli import main
 
 SIZE = 400
 SETTINGS = BenchmarkSettings(size=200, points=20_000)
@@ -212,6 +214,23 @@ def test_mirrored_coloring_shows_the_photo_on_both_sides(wide: trimesh.Trimesh) 
         COLORINGS["network"](Shape(case.surface), subject, None, CAMERA)
 
 
+def test_mask_of_a_crop_that_reaches_out_of_the_photo() -> None:
+    mask = np.zeros((60, 90), np.float32)
+    mask[12:18, 24:60] = 1
+    subject = dataclasses.replace(
+        subject_of(make_case(trimesh.creation.box())),
+        image=np.zeros((60, 90, 3), np.uint8),
+        mask=mask,
+        crop=(-10, 20, 20, 40),
+        photo_size=(50, 50),
+    )
+    whole = mask_in_photo(subject)
+    assert whole.shape == (50, 50)
+    expected = np.zeros((50, 50), bool)
+    expected[24:26, 0:10] = True  # a third of the crop's pixels: rows 4 to 6 from 20, columns 8 to 20 from -10
+    assert np.array_equal(whole > 0.5, expected)
+
+
 def test_methods_have_names() -> None:
     assert Method.parse("body-prior") == Method("body-prior", "ours")
     assert Method.parse("body-prior:mirrored").name == "body-prior:mirrored"
@@ -222,6 +241,22 @@ def test_methods_have_names() -> None:
         Method.parse("body-prior:best")
     with pytest.raises(InputError, match="views"):
         BenchmarkSettings(views=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--methods", "nerf"], "unknown backend 'nerf'"),
+        (["--methods", "body-prior:best"], "unknown colouring 'best'"),
+        (["--methods", "body-prior", "--size", "1"], "size from 64 to 2048"),
+        (["--methods", "body-prior"], "no .glb files"),
+    ],
+)
+def test_command_tells_what_is_wrong(tmp_path, capsys, options: list[str], message: str) -> None:
+    common = ["evaluate", "reconstruction", "--data", str(tmp_path), "--studio", str(tmp_path / "studio")]
+    assert main([*common, "--out", str(tmp_path / "table.md"), *options]) == 2
+    assert message in capsys.readouterr().err
+    assert main([*common, "--out", str(tmp_path / "table.txt")]) == 2
 
 
 def test_views_are_spread_over_people_and_seeded() -> None:
@@ -298,3 +333,5 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     json.dumps(outcome.scores)
     nobody = dataclasses.replace(case, image=np.full_like(case.image, 128))
     assert "no person" in evaluate_case(nobody, methods, BenchmarkSettings()).failure
+    elsewhere = dataclasses.replace(case, mask=np.roll(case.mask, size // 3, axis=1))
+    assert "something else" in evaluate_case(elsewhere, methods, BenchmarkSettings()).failure

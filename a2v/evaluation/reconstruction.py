@@ -10,23 +10,24 @@ metres of the true camera (x, y and z by the same factor), and z is shifted so t
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.evaluation.metrics import confidence_interval
-from a2v.io import sha256
-from a2v.reconstruction.backends import BACKENDS, COLORINGS
+from a2v.io import atomic_path, sha256
+from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest
 from a2v.reconstruction.visibility import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 if TYPE_CHECKING:
-    from a2v.body.fit import FitResult
     from a2v.reconstruction.synthetic.generate import Studio
 
 SPLIT = "validation"
@@ -116,16 +117,6 @@ class Case:
     points: FloatArray
     point_normals: FloatArray
     facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-
-    @property
-    def identity(self) -> str:
-        """The person, without the outfit."""
-        return self.name.rpartition("_")[0]
-
-    @property
-    def outfit(self) -> str:
-        """What the person wears."""
-        return self.name.rpartition("_")[2]
 
 
 def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) -> Studio:
@@ -393,53 +384,66 @@ class Method:
         return self.backend if self.coloring == "ours" else f"{self.backend}:{self.coloring}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Outcome:
-    """What came out of one photo.
+    """What came out of one photo, in numbers.
 
     Attributes
     ----------
-    case : Case
+    name, index, facts
+        Of the `Case`.
     scores : mapping of method name to metric to value
-        Empty if the photo failed.
     seconds : mapping of method name to stage to wall seconds
     made : mapping of method name to mapping
         Provenance of the surface: digest of the weights, iterations of Eq. 14...
-    surfaces : mapping of method name to Surface
-        In the true frame.
-    fit : FitResult or None
-    subject : Subject or None
     failure : str
         Why perception, the fit or a method gave up; "" if they did not. Such photos count for no method.
     """
 
-    case: Case
+    name: str
+    index: int
+    facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     scores: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
     seconds: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
     made: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
-    surfaces: Mapping[str, Surface] = dataclasses.field(default_factory=dict)
-    fit: FitResult | None = None
-    subject: Subject | None = None
     failure: str = ""
 
-    def without_surfaces(self) -> Outcome:
-        """The numbers alone: twenty photos with their meshes would take a gigabyte."""
-        small = np.zeros((1, 1, 3), np.uint8)
-        case = dataclasses.replace(
-            self.case, image=small, mask=small[..., 0], surface=dataclasses.replace(self.case.surface, uv=None, texture=None)
+    @property
+    def identity(self) -> str:
+        """The person, without the outfit."""
+        return self.name.rpartition("_")[0]
+
+    @property
+    def outfit(self) -> str:
+        """What the person wears."""
+        return self.name.rpartition("_")[2]
+
+    def with_others(self, later: Outcome) -> Outcome:
+        """This one and what another run measured of the same photo."""
+        return dataclasses.replace(
+            later, scores={**self.scores, **later.scores}, seconds={**self.seconds, **later.seconds}, made={**self.made, **later.made}
         )
-        return dataclasses.replace(self, case=case, surfaces={}, fit=None, subject=None)
 
 
-def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Outcome:
+@dataclass(frozen=True, eq=False)
+class Result:
+    """An outcome with what there is to look at: surfaces by method in the true frame, and the subject (None if the photo failed)."""
+
+    case: Case
+    outcome: Outcome
+    surfaces: Mapping[str, Surface] = dataclasses.field(default_factory=dict)
+    subject: Subject | None = None
+
+
+def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
     """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone."""
     try:
         return _evaluate(case, methods, settings)
     except InputError as error:
-        return Outcome(case, failure=str(error))
+        return Result(case, Outcome(case.name, case.index, case.facts, failure=str(error)))
 
 
-def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Outcome:
+def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
     from a2v.body import fit_body
     from a2v.perception import find_person
 
@@ -474,7 +478,7 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
             seconds[method.name] = common | clock.seconds
             surfaces[method.name] = placed.surface
     made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
-    return Outcome(case, scores, seconds, made, surfaces, fit, subject)
+    return Result(case, Outcome(case.name, case.index, case.facts, scores, seconds, made), surfaces, subject)
 
 
 class _Clock:
@@ -490,6 +494,66 @@ class _Clock:
     def lap(self, name: str) -> None:
         now = time.perf_counter()
         self.seconds[name], self._last = now - self._last, now
+
+
+class Measured:
+    """A folder in which finished photos are kept, so that a run that was stopped, or that gets another method, goes on.
+
+    Parameters
+    ----------
+    folder : path
+    studio : Studio
+    settings : BenchmarkSettings
+        What was measured with another protocol, studio, or weights of the method does not count.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings) -> None:
+        """See the class."""
+        from a2v.reconstruction.synthetic.generate import VERSION
+
+        self.folder = Path(folder)
+        protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name != "views"}
+        self._common = [protocol, VERSION, dataclasses.asdict(studio.settings)]
+
+    def _path(self, index: int, method: Method) -> Path:
+        key = sha256(json.dumps([*self._common, method.name, backend_digest(method.backend)], sort_keys=True).encode())[:16]
+        return self.folder / f"{index:06d}-{method.name.replace(':', '-')}-{key}"
+
+    def load(self, index: int, methods: Sequence[Method]) -> Outcome | None:
+        """What is known of a photo, None for nothing; failed photos are tried again."""
+        known: Outcome | None = None
+        for method in methods:
+            path = self._path(index, method).with_suffix(".json")
+            if path.exists():
+                found = Outcome(**json.loads(path.read_text()))
+                known = known.with_others(found) if known else found
+        return known
+
+    def save(self, result: Result, methods: Sequence[Method]) -> None:
+        """Keep a result, with its pictures, method by method."""
+        import cv2
+
+        outcome, rows = result.outcome, picture_rows(result)
+        if outcome.failure:
+            return
+        for method in methods:
+            path, name = self._path(outcome.index, method), method.name
+            own = dataclasses.replace(
+                outcome, scores={name: outcome.scores[name]}, seconds={name: outcome.seconds[name]}, made={name: outcome.made[name]}
+            )
+            for suffix, picture in ((".png", rows[name]), (".truth.png", rows["truth"])):
+                with atomic_path(path.with_suffix(suffix)) as temporary:
+                    cv2.imwrite(str(temporary), picture[..., ::-1])
+            with atomic_path(path.with_suffix(".json")) as temporary:
+                temporary.write_text(json.dumps(dataclasses.asdict(own)))
+
+    def sheet(self, index: int, methods: Sequence[Method]) -> ByteArray:
+        """The pictures of a photo that is known for all of `methods`: the truth and each method, below each other."""
+        import cv2
+
+        paths = [self._path(index, method) for method in methods]
+        files = [paths[0].with_suffix(".truth.png"), *(path.with_suffix(".png") for path in paths)]
+        return stack_rows([np.asarray(cv2.imread(str(file)))[..., ::-1] for file in files])
 
 
 def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> float:
@@ -523,8 +587,8 @@ def _unit(vectors: FloatArray) -> FloatArray:
 # ------------------------------------------------------------------------------------------------------------------ reports
 
 
-def outcome_sheet(outcome: Outcome, *, size: int = 200) -> ByteArray:
-    """A picture of an outcome (rows * size, W, 3) uint8: a row for the truth and one for each method.
+def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
+    """Pictures (size, W, 3) uint8 of an evaluated photo, "truth" and one for each method.
 
     Photo (mask in the rows of methods), front, left, back and right unlit, then front, left and back as clay.
     """
@@ -533,7 +597,7 @@ def outcome_sheet(outcome: Outcome, *, size: int = 200) -> ByteArray:
     from a2v.rendering.images import to_bytes
     from a2v.rendering.preview import preview_surface
 
-    case = outcome.case
+    case = result.case
     low, high = case.surface.vertices.min(axis=0), case.surface.vertices.max(axis=0)
     center, extent = (low + high) / 2, 1.1 * float((high - low).max())
     wide = min(1.0, 1.25 * float(np.hypot(*(high - low)[[0, 2]])) / extent)  # however the person is turned
@@ -543,28 +607,24 @@ def outcome_sheet(outcome: Outcome, *, size: int = 200) -> ByteArray:
         picture = preview_surface(surface, azimuth=azimuth, size=size, center=center, extent=extent, shaded=False, plain=clay)
         return picture[:, border : size - border]
 
-    photo = cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA)
     mask = np.zeros((size, size, 3), np.uint8)
-    if outcome.subject is not None:
-        small = cv2.resize(mask_in_photo(outcome.subject), (size, size), interpolation=cv2.INTER_AREA)
+    if result.subject is not None:
+        small = cv2.resize(mask_in_photo(result.subject), (size, size), interpolation=cv2.INTER_AREA)
         mask[:] = to_bytes(small)[..., None]
-    rows = []
-    for name, surface in {"truth": case.surface, **outcome.surfaces}.items():
-        first = photo if name == "truth" else mask
-        colored = [look(surface, turn) for turn in (0, 90, 180, 270)]
-        clay = [look(surface, turn, clay=True) for turn in (0, 90, 180)]
-        row = np.hstack([first, *colored, *clay])
-        cv2.putText(
-            row, f"{case.name} {case.index}" if name == "truth" else name, (size + 4, 12), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (40, 40, 40)
-        )
-        rows.append(row)
-    return np.vstack(rows)
+    rows = {}
+    for name, surface in {"truth": case.surface, **result.surfaces}.items():
+        first = cv2.resize(case.image, (size, size), interpolation=cv2.INTER_AREA) if name == "truth" else mask
+        turned = [look(surface, turn) for turn in (0, 90, 180, 270)] + [look(surface, turn, clay=True) for turn in (0, 90, 180)]
+        rows[name] = np.hstack([first, *turned])
+        label = f"{case.name} {case.index}" if name == "truth" else name
+        cv2.putText(rows[name], label, (size + 4, 12), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (40, 40, 40))
+    return rows
 
 
-def stack_sheets(sheets: Sequence[ByteArray]) -> ByteArray:
-    """Sheets of several outcomes below each other, light grey beside narrower ones."""
-    width = max(sheet.shape[1] for sheet in sheets)
-    return np.vstack([np.pad(sheet, ((0, 0), (0, width - sheet.shape[1]), (0, 0)), constant_values=235) for sheet in sheets])
+def stack_rows(rows: Sequence[ByteArray]) -> ByteArray:
+    """Pictures below each other, light grey beside narrower ones."""
+    width = max(row.shape[1] for row in rows)
+    return np.vstack([np.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0)), constant_values=235) for row in rows])
 
 
 def mask_in_photo(subject: Subject) -> FloatArray:
@@ -606,9 +666,9 @@ def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
     groups: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         if not outcome.failure:
-            key = outcome.case.outfit
+            key = outcome.outfit
             if by == "identity":
-                key = outcome.case.identity if outcome.case.identity in VALIDATION_IDENTITIES else "others"
+                key = outcome.identity if outcome.identity in VALIDATION_IDENTITIES else "others"
             groups.setdefault(key, []).append(outcome)
     lines = [f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |", "|---" * (len(METRICS) + 2) + "|"]
     for key, members in sorted(groups.items()):
@@ -628,13 +688,5 @@ def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: B
         "versions": {"a2v": __version__, "numpy": np.__version__},
         "peak_memory_mib": dict(memory),
         "failed": sum(bool(outcome.failure) for outcome in outcomes),
-        "photos": [
-            {"avatar": outcome.case.name, "index": outcome.case.index, **outcome.case.facts}
-            | (
-                {"failure": outcome.failure}
-                if outcome.failure
-                else {"scores": outcome.scores, "seconds": outcome.seconds, "made": outcome.made}
-            )
-            for outcome in outcomes
-        ],
+        "photos": [dataclasses.asdict(outcome) for outcome in outcomes],
     }

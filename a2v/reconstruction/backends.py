@@ -74,19 +74,20 @@ BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings i
 """Backends by name, with default settings."""
 
 
-def check_backend(name: str) -> None:
-    """Fail early.
+def backend_digest(name: str) -> str:
+    """Hash of the weights of a backend with default settings; "" if it has none.
 
     Raises
     ------
     InputError
-        The backend's weights are missing.
+        They are missing.
     """
     settings = SETTINGS[name]
-    if isinstance(settings, ImplicitSettings):
-        from a2v.reconstruction.implicit.model import ImplicitModel
+    if not isinstance(settings, ImplicitSettings):
+        return ""
+    from a2v.reconstruction.implicit.model import ImplicitModel
 
-        ImplicitModel.load(settings.weights or None)
+    return ImplicitModel.load(settings.weights or None).digest
 
 
 def color_shape(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:

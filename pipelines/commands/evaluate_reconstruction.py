@@ -21,7 +21,8 @@ EXAMPLES = """examples:
 A method is a backend, or BACKEND:COLOURING for an ablation: mirrored (all that was not seen has the photo's colour at its pixel) or network
 (the backend's own colours alone). Photos are of the validation split of a2v studio, --studio is a folder that it wrote (its poses and guides
 are used; made there if it is new). Writes tables as Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG:
-per photo a row for the truth and one for each method (photo or mask; front, left, back, right; front, left, back as clay)."""
+per photo a row for the truth and one for each method (photo or mask; front, left, back, right; front, left, back as clay). Finished photos are
+kept in a folder named like OUT: a run that was stopped goes on, and another method takes its own time only."""
 
 
 def add_arguments(parser: Any) -> None:
@@ -36,6 +37,7 @@ def add_arguments(parser: Any) -> None:
         help="BACKEND or BACKEND:COLOURING, with commas",
     )
     parser.add_argument("--sheet", type=int, default=8, help="photos on the picture sheet, 0 for none")
+    parser.add_argument("--memory", type=bool, default=True, help="measure each method's memory, in a process of its own")
     parser.add_argument("--out", required=True, help="the .md to write; .json and .jpg lie beside it")
     parser.add_class_arguments(BenchmarkSettings, None)
 
@@ -43,10 +45,10 @@ def add_arguments(parser: Any) -> None:
 def run(settings: Any) -> int:
     """Measure; print the tables."""
     import cv2
-    import numpy as np
 
     from a2v.evaluation.reconstruction import (
         BenchmarkSettings,
+        Measured,
         Method,
         Outcome,
         choose_views,
@@ -55,12 +57,11 @@ def run(settings: Any) -> int:
         method_table,
         open_case,
         open_studio,
-        outcome_sheet,
         peak_memory,
         report,
-        stack_sheets,
+        stack_rows,
     )
-    from a2v.reconstruction.backends import check_backend
+    from a2v.reconstruction.backends import backend_digest
     from pipelines.bar import bar
     from pipelines.inputs import check_writable
 
@@ -71,26 +72,32 @@ def run(settings: Any) -> int:
     protocol = BenchmarkSettings(**{name: settings[name] for name in BenchmarkSettings.__dataclass_fields__})
     methods = [Method.parse(name.strip()) for name in settings.methods.split(",")]
     for backend in {method.backend for method in methods}:
-        check_backend(backend)
+        backend_digest(backend)  # weights that are missing are told now
     studio = open_studio(settings.studio, settings.data)
+    measured = Measured(out.with_suffix(""), studio, protocol)
     outcomes: list[Outcome] = []
-    sheet: list[np.ndarray] = []
     memory: dict[str, float] = {}
     views = choose_views(studio, protocol)
     with bar("photos", "photo") as progress:
         for done, index in enumerate(views):
-            outcome = evaluate_case(open_case(studio, index), methods, protocol)
+            outcome = measured.load(index, methods)
+            missing = [method for method in methods if outcome is None or method.name not in outcome.scores]
+            if missing:
+                result = evaluate_case(open_case(studio, index), missing, protocol)
+                measured.save(result, missing)
+                outcome = outcome.with_others(result.outcome) if outcome else result.outcome
+            assert outcome is not None
             if outcome.failure:
-                print(f"photo {index} ({outcome.case.name}) failed: {outcome.failure}", file=sys.stderr)
-            elif not memory:
-                memory = {method.name: peak_memory(outcome.case, method, protocol) for method in methods}
-            if not outcome.failure and len(sheet) < settings.sheet:
-                sheet.append(outcome_sheet(outcome))
-            outcomes.append(outcome.without_surfaces())
+                print(f"photo {index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr)
+            outcomes.append(outcome)
             progress(done + 1, len(views))
-    failed = sum(bool(outcome.failure) for outcome in outcomes)
-    if failed == len(outcomes):
+    good = [outcome for outcome in outcomes if not outcome.failure]
+    failed = len(outcomes) - len(good)
+    if not good:
         raise InputError(f"all {failed} photos failed, the first one: {outcomes[0].failure}")
+    if settings.memory:
+        case = open_case(studio, good[0].index)
+        memory = {method.name: peak_memory(case, method, protocol) for method in methods}
     text = [
         "# Reconstruction",
         f"{len(outcomes) - failed} photos of the validation split ({failed} failed), seed {protocol.seed}, "
@@ -106,9 +113,10 @@ def run(settings: Any) -> int:
         temporary.write_text(joined)
     with atomic_path(out.with_suffix(".json")) as temporary:
         temporary.write_text(json.dumps(report(outcomes, memory, protocol, studio), indent=1))
-    if sheet:
+    if settings.sheet:
+        sheet = stack_rows([measured.sheet(outcome.index, methods) for outcome in good[: settings.sheet]])
         with atomic_path(out.with_suffix(".jpg")) as temporary:
-            cv2.imwrite(str(temporary), stack_sheets(sheet)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
+            cv2.imwrite(str(temporary), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
     print(joined)
     print(out)
     return 0

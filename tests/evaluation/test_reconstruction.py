@@ -15,8 +15,10 @@ from a2v.evaluation.reconstruction import (
     METRICS,
     BenchmarkSettings,
     Case,
+    Measured,
     Method,
     Outcome,
+    Result,
     Truth,
     choose_views,
     evaluate_case,
@@ -25,13 +27,14 @@ from a2v.evaluation.reconstruction import (
     lit_by,
     mask_in_photo,
     method_table,
-    outcome_sheet,
-    stack_sheets,
+    picture_rows,
+    stack_rows,
     surface_maps,
     to_true_frame,
 )
 from a2v.reconstruction.backends import COLORINGS, Shape
 from a2v.reconstruction.synthetic import a_pose, list_avatars, load_avatar
+from a2v.reconstruction.synthetic.generate import StudioSettings
 from a2v.types import OrthographicCamera, Subject, Surface
 from pipelines.cli import main
 
@@ -276,14 +279,20 @@ def test_views_are_spread_over_people_and_seeded() -> None:
     assert len(set(choose_views(studio, BenchmarkSettings(views=64)))) == 64
 
 
-def test_tables() -> None:
-    def outcome(name: str, value: float) -> Outcome:
-        case = make_case(trimesh.creation.box(), name=name)
-        seconds = {"perception": 1.0, "fit": 2.0, "shape": 3.0, "color": 4.0}
-        return Outcome(case, {"body-prior": dict.fromkeys(METRICS, value)}, {"body-prior": seconds})
+def outcome(name: str, value: float, methods: tuple[str, ...] = ("body-prior",), index: int = 0) -> Outcome:
+    seconds = {"perception": 1.0, "fit": 2.0, "shape": 3.0, "color": 4.0}
+    return Outcome(
+        name,
+        index,
+        {"yaw": 3.0},
+        {m: dict.fromkeys(METRICS, value) for m in methods},
+        dict.fromkeys(methods, seconds),
+        {method: {} for method in methods},
+    )
 
-    failed = Outcome(make_case(trimesh.creation.box()), failure="nobody")
-    outcomes = [outcome("Asian_F_2_Busi", 1.0), outcome("Other_F_9_Medi", 3.0), failed]
+
+def test_tables() -> None:
+    outcomes = [outcome("Asian_F_2_Busi", 1.0), outcome("Other_F_9_Medi", 3.0), Outcome("White_M_3_Busi", 4, failure="nobody")]
     table = method_table(outcomes, {"body-prior": 900.0})
     assert "2.00 ± 1.39" in table
     assert "| 3.0 | 4.0 | 10.0 | 900 |" in table
@@ -291,6 +300,30 @@ def test_tables() -> None:
     assert "| Asian_F_2 | 1 | 1.00" in by_person
     assert "| others | 1 | 3.00" in by_person
     assert "| Medi | 1 | 3.00" in group_table(outcomes, "body-prior", "outfit")
+
+
+def test_measured_photos_are_kept(tmp_path, wide: trimesh.Trimesh) -> None:
+    ours, mirrored = Method("body-prior"), Method("body-prior", "mirrored")
+    studio = SimpleNamespace(settings=StudioSettings())
+    kept = Measured(tmp_path, studio, SETTINGS)
+    assert kept.load(7, [ours]) is None
+    case = dataclasses.replace(make_case(wide), index=7)
+    for method, value in ((ours, 1.0), (mirrored, 2.0)):
+        kept.save(Result(case, outcome(case.name, value, (method.name,), 7), {method.name: case.surface}, subject_of(case)), [method])
+        found = Measured(tmp_path, studio, SETTINGS).load(7, [ours, mirrored])
+        assert found.scores[method.name]["p2s"] == value
+    assert set(found.scores) == {ours.name, mirrored.name}
+    assert found.facts == {"yaw": 3.0}
+    assert set(kept.load(7, [mirrored]).scores) == {mirrored.name}
+    sheet = kept.sheet(7, [ours, mirrored])
+    assert sheet.shape[0] == 3 * 200
+    assert sheet.std() > 10
+    # more photos are the same protocol, other points or another studio are not
+    assert Measured(tmp_path, studio, dataclasses.replace(SETTINGS, views=3)).load(7, [ours]) is not None
+    assert Measured(tmp_path, studio, dataclasses.replace(SETTINGS, points=500)).load(7, [ours]) is None
+    assert Measured(tmp_path, SimpleNamespace(settings=StudioSettings(fill=0.8)), SETTINGS).load(7, [ours]) is None
+    kept.save(Result(case, Outcome(case.name, 8, failure="nobody")), [ours])
+    assert kept.load(8, [ours]) is None
 
 
 @pytest.mark.slow
@@ -314,7 +347,8 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     )  # fmt: skip
     methods = [Method.parse("body-prior"), Method.parse("body-prior:mirrored")]
     settings = BenchmarkSettings(size=256, points=10_000, true_mask=True)
-    outcome = evaluate_case(case, methods, settings)
+    result = evaluate_case(case, methods, settings)
+    outcome = result.outcome
     assert outcome.failure == ""
     ours, mirrored = (outcome.scores[method.name] for method in methods)
     assert set(ours) == set(METRICS)
@@ -325,13 +359,12 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     assert ours["psnr_front"] > 15
     assert ours["psnr_back"] > mirrored["psnr_back"]
     assert set(outcome.seconds["body-prior"]) == {"perception", "fit", "shape", "color"}
-    sheet = outcome_sheet(outcome, size=96)
-    assert sheet.shape[0] == 3 * 96
-    assert 96 < sheet.shape[1] <= 8 * 96
-    assert stack_sheets([sheet, sheet[:, :200]]).shape == (6 * 96, sheet.shape[1], 3)
-    assert sheet.std() > 20
-    json.dumps(outcome.scores)
+    rows = picture_rows(result, size=96)
+    assert list(rows) == ["truth", *(method.name for method in methods)]
+    assert all(row.shape[0] == 96 and 96 < row.shape[1] <= 8 * 96 and row.std() > 20 for row in rows.values())
+    assert stack_rows([rows["truth"], rows["truth"][:, :200]]).shape == (2 * 96, rows["truth"].shape[1], 3)
+    json.dumps(dataclasses.asdict(outcome))
     nobody = dataclasses.replace(case, image=np.full_like(case.image, 128))
-    assert "no person" in evaluate_case(nobody, methods, BenchmarkSettings()).failure
+    assert "no person" in evaluate_case(nobody, methods, BenchmarkSettings()).outcome.failure
     elsewhere = dataclasses.replace(case, mask=np.roll(case.mask, size // 3, axis=1))
-    assert "something else" in evaluate_case(elsewhere, methods, BenchmarkSettings()).failure
+    assert "something else" in evaluate_case(elsewhere, methods, BenchmarkSettings()).outcome.failure

@@ -23,7 +23,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.evaluation.metrics import confidence_interval
 from a2v.io import atomic_path, sha256
-from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest
+from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest, backend_of
 from a2v.reconstruction.visibility import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
@@ -356,13 +356,17 @@ def image_scores(first: FloatArray, second: FloatArray, region: BoolArray) -> tu
 
 @dataclass(frozen=True)
 class Method:
-    """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation."""
+    """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
+
+    `weights` is a folder of weights for backends that have some; "" for the shipped ones.
+    """
 
     backend: str
     coloring: str = "ours"
+    weights: str = ""
 
     @classmethod
-    def parse(cls, text: str) -> Method:
+    def parse(cls, text: str, weights: str = "") -> Method:
         """From its name.
 
         Raises
@@ -376,7 +380,7 @@ class Method:
             raise InputError(f"unknown backend '{backend}'; choose from {', '.join(BACKENDS)}")
         if coloring not in COLORINGS:
             raise InputError(f"unknown colouring '{coloring}'; choose from {', '.join(COLORINGS)}")
-        return cls(backend, coloring)
+        return cls(backend, coloring, weights)
 
     @property
     def name(self) -> str:
@@ -461,13 +465,13 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
     scores: dict[str, dict[str, float]] = {}
     seconds: dict[str, dict[str, float]] = {}
     surfaces: dict[str, Surface] = {}
-    for backend in dict.fromkeys(method.backend for method in methods):
+    for backend in dict.fromkeys((method.backend, method.weights) for method in methods):
         clock = _Clock()
-        shape = BACKENDS[backend](subject, fit.body, fit.camera)
+        shape = backend_of(*backend)(subject, fit.body, fit.camera)
         clock.lap("shape")
         geometry: dict[str, float] | None = None
         for method in methods:
-            if method.backend != backend:
+            if (method.backend, method.weights) != backend:
                 continue
             clock.start()
             colored = COLORINGS[method.coloring](shape, subject, fit.body, fit.camera)
@@ -516,7 +520,7 @@ class Measured:
         self._common = [protocol, VERSION, dataclasses.asdict(studio.settings)]
 
     def _path(self, index: int, method: Method) -> Path:
-        key = sha256(json.dumps([*self._common, method.name, backend_digest(method.backend)], sort_keys=True).encode())[:16]
+        key = sha256(json.dumps([*self._common, method.name, backend_digest(method.backend, method.weights)], sort_keys=True).encode())[:16]
         return self.folder / f"{index:06d}-{method.name.replace(':', '-')}-{key}"
 
     def load(self, index: int, methods: Sequence[Method]) -> Outcome | None:
@@ -575,7 +579,7 @@ def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method) -> fl
 
     subject = find_person(image, mask=mask)
     fit = fit_body(subject)
-    COLORINGS[method.coloring](BACKENDS[method.backend](subject, fit.body, fit.camera), subject, fit.body, fit.camera)
+    COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / 1024 / (1024 if sys.platform == "darwin" else 1)  # macOS counts bytes
 

@@ -74,20 +74,30 @@ BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings i
 """Backends by name, with default settings."""
 
 
-def backend_digest(name: str) -> str:
-    """Hash of the weights of a backend with default settings; "" if it has none.
+def backend_of(name: str, weights: str = "") -> Backend:
+    """A backend with default settings, but with the weights of a folder of one's own ("" for the shipped ones; ignored where there are none)."""
+    return _backend(_with_weights(name, weights))
+
+
+def backend_digest(name: str, weights: str = "") -> str:
+    """Hash of the weights that `backend_of` takes; "" if it has none.
 
     Raises
     ------
     InputError
         They are missing.
     """
-    settings = SETTINGS[name]
+    settings = _with_weights(name, weights)
     if not isinstance(settings, ImplicitSettings):
         return ""
     from a2v.reconstruction.implicit.model import ImplicitModel
 
     return ImplicitModel.load(settings.weights or None).digest
+
+
+def _with_weights(name: str, weights: str) -> SurfaceSettings | ImplicitSettings:
+    settings = SETTINGS[name]
+    return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
 
 def color_shape(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:

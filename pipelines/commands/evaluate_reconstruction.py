@@ -36,6 +36,7 @@ def add_arguments(parser: Any) -> None:
         default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored",
         help="BACKEND or BACKEND:COLOURING, with commas",
     )
+    parser.add_argument("--weights", default="", help="folder of reconstruction weights of one's own (a2v train reconstruction) for pifu")
     parser.add_argument("--sheet", type=int, default=8, help="photos on the picture sheet, 0 for none")
     parser.add_argument("--memory", type=bool, default=True, help="measure each method's memory, in a process of its own")
     parser.add_argument("--out", required=True, help="the .md to write; .json and .jpg lie beside it")
@@ -70,9 +71,9 @@ def run(settings: Any) -> int:
         raise InputError(f"cannot write {out}; expected a name that ends in .md")
     check_writable(out.parent)
     protocol = BenchmarkSettings(**{name: settings[name] for name in BenchmarkSettings.__dataclass_fields__})
-    methods = [Method.parse(name.strip()) for name in settings.methods.split(",")]
-    for backend in {method.backend for method in methods}:
-        backend_digest(backend)  # weights that are missing are told now
+    methods = [Method.parse(name.strip(), settings.weights) for name in settings.methods.split(",")]
+    for method in methods:
+        backend_digest(method.backend, method.weights)  # weights that are missing are told now
     studio = open_studio(settings.studio, settings.data)
     measured = Measured(out.with_suffix(""), studio, protocol)
     outcomes: list[Outcome] = []

@@ -132,5 +132,6 @@ def _trace(graph: nn.Module, arguments: tuple[Tensor, ...], inputs: list[str], o
             dynamic_shapes=tuple(sizes.values()), verbose=False,
         )  # fmt: skip
     assert program is not None
-    shrink(program.model_proto)
-    return program.model_proto
+    proto = program.model_proto  # a new one at every access
+    shrink(proto)
+    return proto

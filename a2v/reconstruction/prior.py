@@ -295,15 +295,19 @@ def _row_extents(person: BoolArray, left: float, right: float) -> tuple[FloatArr
     return (first + last) / 2, (last - first) / 2
 
 
-def sample_image(image: FloatArray | ByteArray, pixels: FloatArray) -> FloatArray:
-    """Bicubic colours (N, C) float32 at pixel positions (N, 2) (centre of the first pixel at 0.5, 0.5); the border is carried on."""
+def sample_image(image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False) -> FloatArray:
+    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel positions (N, 2).
+
+    The centre of the first pixel is at (0.5, 0.5); the border is carried on.
+    """
     import cv2
 
     u = np.ascontiguousarray(pixels[:, 0] - 0.5, np.float32)[None]
     v = np.ascontiguousarray(pixels[:, 1] - 0.5, np.float32)[None]
+    how = cv2.INTER_LINEAR if linear else cv2.INTER_CUBIC
     step = 30_000  # OpenCV's remap takes at most 32767 columns
     out = [
-        cv2.remap(image, u[:, i : i + step], v[:, i : i + step], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)[0]
+        cv2.remap(image, u[:, i : i + step], v[:, i : i + step], how, borderMode=cv2.BORDER_REPLICATE)[0]
         for i in range(0, u.shape[1], step)
     ]
-    return np.concatenate(out) if out else np.zeros((0, image.shape[2]), np.float32)
+    return np.concatenate(out) if out else np.zeros((0, *image.shape[2:]), np.float32)

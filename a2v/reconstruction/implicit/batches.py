@@ -9,9 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, guide_input, mask_distance, photo_input, place_of
+from a2v.io import read_npz
+from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh, guide_input, mask_distance, photo_input, place_of
+from a2v.reconstruction.prior import sample_image
 from a2v.reconstruction.synthetic.view import View
-from a2v.types import ByteArray, FloatArray
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
+
+FAR = 0.04
+"""Points farther from the surface than this, metres, are drawn twice as often as they were sampled."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,9 @@ class Prepared:
         True normals of front and back, 0 outside.
     depth : (2, 256, 256) float16
         True depths, NaN outside and where a pixel holds an edge.
+    nearest : (2, 256, 256) int16
+        Row and column of the nearest pixel with true depths.
+    guide_mesh : GuideMesh
     """
 
     view: View
@@ -37,6 +45,8 @@ class Prepared:
     guide: FloatArray
     normals: FloatArray
     depth: FloatArray
+    nearest: IntArray
+    guide_mesh: GuideMesh
 
 
 @dataclass(frozen=True)
@@ -50,11 +60,13 @@ class Example:
     normals : (6, 256, 256), depth : (2, 256, 256)
         As in `Prepared`.
     points : dict of (N, ...)
-        ``place`` (2), ``depth``, ``guide_distance``, ``guide_normals`` (3), and what they are for: ``distance`` of points in space, or
-        ``normals`` (3), ``colors`` (3) of points on the surface.
+        ``position`` (3) in the view's frame, ``place`` (2), and what they are for: ``distance`` of points in space, or ``normals`` (3) and
+        ``colors`` (3) of points on the surface. What the networks are told of them comes from `align_example`.
     part : dict
         For the fine level, else empty: ``photo`` (4, crop, crop) of the frame's 1024 px, true ``normals`` (6, crop / 2, crop / 2), and
         ``corner`` (2): left and top of the part, pixels of the frame, multiples of 4.
+    mirrored : () bool
+        Whether left and right are exchanged (not in ``position``).
     """
 
     photo: FloatArray
@@ -63,6 +75,7 @@ class Example:
     depth: FloatArray
     points: dict[str, FloatArray]
     part: dict[str, FloatArray]
+    mirrored: BoolArray
 
 
 class ViewReader:
@@ -84,6 +97,7 @@ class ViewReader:
 
 def _prepare(path: Path) -> Prepared:
     import cv2
+    from scipy.ndimage import distance_transform_edt
 
     view = View.load(path)
     half = (FRAME // 2, FRAME // 2)
@@ -94,6 +108,9 @@ def _prepare(path: Path) -> Prepared:
         view.guide_normals_back / np.float32(127),
     )
     mask = cv2.resize(view.mask, half, interpolation=cv2.INTER_AREA)
+    depth = np.stack([_halved(view.depth_front), _halved(view.depth_back)])
+    nearest = distance_transform_edt(~np.isfinite(depth).all(axis=0), return_distances=False, return_indices=True)
+    faces = read_npz(path.parents[2] / "guide.npz")["faces"]
     small = cv2.resize(view.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     prepared = Prepared(
         view=view,
@@ -101,7 +118,9 @@ def _prepare(path: Path) -> Prepared:
         mask=mask,
         guide=guide_input(maps, mask_distance(small, view.camera.scale * GUIDE / FRAME)).astype(np.float16),
         normals=np.stack([_pooled(channel) for channel in _true_normals(view)]).astype(np.float16),
-        depth=np.stack([_halved(view.depth_front), _halved(view.depth_back)]).astype(np.float16),
+        depth=depth.astype(np.float16),
+        nearest=nearest.astype(np.int16),
+        guide_mesh=GuideMesh(view.guide_vertices, faces),
     )
     for name in list(vars(view)):  # the decoded pictures, which the view keeps
         if name not in view.__dataclass_fields__:
@@ -163,6 +182,7 @@ def make_example(
         depth=prepared.depth.astype(np.float32),
         points=_surface_points(view, generator, points, tint, augment) if colors else _space_points(view, generator, points),
         part=part,
+        mirrored=np.array(False),
     )
     return _mirrored(example) if augment and not crop and generator.random() < 0.5 else example
 
@@ -184,15 +204,52 @@ def _grown(mask: ByteArray, pixels: int) -> ByteArray:
     return np.asarray(cv2.dilate(mask, kernel) if pixels > 0 else cv2.erode(mask, kernel), np.uint8)
 
 
+def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> FloatArray:
+    """Points (N, 3) moved along z as far as predicted depths are off the true ones there; (N, 3) float32.
+
+    What a photo does not show is how far away an arm is, but it does show its shape: a field that is asked for the distance at the true
+    place of an arm that the maps have elsewhere learns to be unsure, and draws arms as slabs. Asked relative to the maps it stays sharp.
+
+    Parameters
+    ----------
+    maps : (2, 256, 256)
+        Predicted depth of front and back, metres.
+    """
+    import cv2
+
+    rows, columns = prepared.nearest.astype(np.intp)
+    true = prepared.depth.astype(np.float32)[:, rows, columns]
+    off = np.stack([cv2.blur(channel, (5, 5)) for channel in maps[:, rows, columns] - true])
+    pixels = (place_of(points, prepared.view.camera, FRAME) + 1) / 2 * GUIDE
+    (front, back), (front_off, back_off) = (
+        (sample_image(np.ascontiguousarray(channel), pixels, linear=True) for channel in both) for both in (true, off)
+    )
+    share = np.clip((points[:, 2] - back) / np.maximum(front - back, 0.01), 0, 1)
+    moved: FloatArray = points.astype(np.float32).copy()
+    moved[:, 2] += share * front_off + (1 - share) * back_off
+    return moved
+
+
+def align_example(prepared: Prepared, example: Example, maps: FloatArray) -> dict[str, FloatArray]:
+    """What networks with these predicted depths (2, 256, 256) are told of the example's points: see `align_points`.
+
+    Returns
+    -------
+    dict of ``depth`` (N,), ``guide_distance`` (N,), ``guide_normals`` (N, 3)
+    """
+    mirrored = bool(example.mirrored)
+    moved = align_points(prepared, example.points["position"], maps[..., ::-1] if mirrored else maps)
+    distance, normals = prepared.guide_mesh.at(moved)
+    across = np.array([-1 if mirrored else 1, 1, 1], np.float32)
+    return {"depth": moved[:, 2], "guide_distance": distance, "guide_normals": normals * across}
+
+
 def _space_points(view: View, generator: np.random.Generator, count: int) -> dict[str, FloatArray]:
-    chosen = generator.integers(0, len(view.points), count)
-    return {
-        "place": place_of(view.points[chosen], view.camera, FRAME),
-        "depth": view.points[chosen, 2],
-        "guide_distance": view.guide_distance[chosen].astype(np.float32),
-        "guide_normals": view.guide_normals[chosen] / np.float32(127),
-        "distance": view.distance[chosen].astype(np.float32),
-    }
+    distance = view.distance.astype(np.float32)
+    odds = np.where(np.abs(distance) > FAR, 2.0, 1.0)  # most samples are near the surface, where mistakes cost least
+    chosen = generator.choice(len(odds), count, p=odds / odds.sum())
+    points = view.points[chosen]
+    return {"position": points, "place": place_of(points, view.camera, FRAME), "distance": distance[chosen]}
 
 
 def _surface_points(view: View, generator: np.random.Generator, count: int, tint: FloatArray, augment: bool) -> dict[str, FloatArray]:
@@ -202,10 +259,8 @@ def _surface_points(view: View, generator: np.random.Generator, count: int, tint
     off = generator.normal(0, 0.008, (count, 1)) if augment else np.zeros((count, 1))
     points = (view.surface_points[chosen] + off * normals).astype(np.float32)
     return {
+        "position": points,
         "place": place_of(points, view.camera, FRAME),
-        "depth": points[:, 2],
-        "guide_distance": view.surface_guide_distance[chosen].astype(np.float32) + off[:, 0].astype(np.float32),
-        "guide_normals": view.surface_guide_normals[chosen] / np.float32(127),
         "normals": normals,
         "colors": np.clip(view.surface_colors[chosen] * tint / 255, 0, 1).astype(np.float32),
     }
@@ -228,7 +283,7 @@ def _mirrored(example: Example) -> Example:
         return flipped
 
     points = dict(example.points)
-    for name in {"place", "normals", "guide_normals"} & set(points):
+    for name in {"place", "normals"} & set(points):
         points[name] = points[name] * np.array([-1, 1, 1][: points[name].shape[-1]], np.float32)
     return Example(
         photo=flip(example.photo),
@@ -237,6 +292,7 @@ def _mirrored(example: Example) -> Example:
         depth=flip(example.depth),
         points=points,
         part=example.part,
+        mirrored=np.array(True),
     )
 
 
@@ -246,5 +302,7 @@ def stack(examples: Sequence[Example]) -> Example:
     def all_of(values: Sequence[dict[str, FloatArray]]) -> dict[str, FloatArray]:
         return {name: np.stack([value[name] for value in values]) for name in values[0]}
 
-    fields = {name: np.stack([getattr(example, name) for example in examples]) for name in ("photo", "guide", "normals", "depth")}
+    fields = {
+        name: np.stack([getattr(example, name) for example in examples]) for name in ("photo", "guide", "normals", "depth", "mirrored")
+    }
     return Example(**fields, points=all_of([example.points for example in examples]), part=all_of([example.part for example in examples]))

@@ -59,7 +59,7 @@ class ImplicitModel:
     @property
     def digest(self) -> str:
         """SHA-256 over the files."""
-        return sha256(" ".join(file_digest(self.folder / name) for name in FILES))
+        return sha256(" ".join(file_digest(self.folder / name) for name in FILES).encode())
 
     def see(self, subject: Subject, body: Body, camera: OrthographicCamera) -> ImplicitPerson:
         """Look at the person of a photo, with the body that was fitted to it, in the frame of `camera`."""

@@ -8,7 +8,9 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
+from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
+from a2v.reconstruction.prior import sample_image
 from a2v.reconstruction.visibility import silhouette_iou, vertex_normals
 from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -85,7 +87,15 @@ def implicit_surface(
     if settings.digest not in ("", model.digest):
         raise InputError(f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}")
     person = model.see(subject, body, camera)
-    vertices, faces = extract_surface(person.distance, person_bounds(person, body), settings=settings.extraction, progress=progress)
+    bounds = person_bounds(person, body)
+    level = rim_level(person, bounds)
+    outline = mask_distance(person.frame.mask, person.frame.camera.scale)
+
+    def field(points: FloatArray) -> FloatArray:
+        pixels = person.frame.camera.project(points)
+        return np.maximum(person.distance(points) - level, sample_image(outline, pixels, linear=True))
+
+    vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
         vertices=vertices.astype(np.float32),
@@ -94,9 +104,25 @@ def implicit_surface(
         provenance={
             "backend": "pifu",
             "model_digest": model.digest,
+            "level": level,
             "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
         },
     )
+
+
+def rim_level(person: ImplicitPerson, bounds: FloatArray, *, count: int = 500, step: float = 0.01, largest: float = 0.02) -> float:
+    """The level of the field whose silhouette meets the mask's contour, in the median over the contour; metres, from 0 to `largest`.
+
+    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person.
+    """
+    from skimage.measure import find_contours
+
+    contour = np.concatenate(find_contours(np.pad(person.frame.mask, 1), 0.5))[:, ::-1] - 0.5
+    chosen = contour[np.linspace(0, len(contour) - 1, count).astype(int)]
+    depths = np.arange(bounds[0, 2], bounds[1, 2], step)
+    points = person.frame.camera.unproject(np.repeat(chosen, len(depths), axis=0), np.tile(depths, count))
+    nearest = person.distance(points.astype(np.float32)).reshape(count, -1).min(axis=1)
+    return float(np.clip(np.median(nearest), 0, largest))
 
 
 def person_bounds(person: ImplicitPerson, body: Body) -> FloatArray:

@@ -6,8 +6,9 @@ A killed run resumes from its checkpoint, on a CPU or with CUDA.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -18,7 +19,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from a2v.errors import InputError
-from a2v.reconstruction.implicit.batches import Example, ViewReader, make_example, stack
+from a2v.reconstruction.implicit.batches import Example, Prepared, ViewReader, align_example, make_example, stack
 from a2v.reconstruction.implicit.inputs import FRAME
 from a2v.reconstruction.implicit.networks import (
     OCCUPANCY_WIDTH,
@@ -216,13 +217,14 @@ def train_reconstruction(
                 files = list_views(views, "training")
             chosen = state.generator.integers(0, len(files), settings.batch_size)
             crop = settings.crop if stage == "detail" else 0
-            batch = stack(
-                [make_example(reader(files[i]), state.generator, settings.points, colors=stage == "color", crop=crop) for i in chosen]
-            )
+            views_read = [reader(files[i]) for i in chosen]
+            examples = [make_example(one, state.generator, settings.points, colors=stage == "color", crop=crop) for one in views_read]
+
+            align = functools.partial(_align, views_read, examples)
             progress = state.iteration / settings.iterations
             set_rate(optimizer, settings.learning_rate * min(1.0, (state.iteration + 1) / 200) * cosine_decay(progress, 0.01))
             model.train()
-            losses = _losses(model, shape, batch, settings, device)
+            losses = _losses(model, shape, stack(examples), align, settings, device)
             optimizer.zero_grad(set_to_none=True)
             torch.stack(list(losses.values())).sum().backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(model.parameters(), 1.0)
@@ -245,8 +247,20 @@ def train_reconstruction(
     return model.eval()
 
 
+def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:
+    """`align_example` of a batch with maps (B, 8, 256, 256)."""
+    depths = maps[:, 6:].detach().float().cpu().numpy()
+    told = [align_example(view, example, depth) for view, example, depth in zip(views, examples, depths, strict=True)]
+    return {name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device) for name in told[0]}
+
+
 def _losses(
-    model: nn.Module, shape: nn.Module | None, batch: Example, settings: ReconstructionSettings, device: torch.device
+    model: nn.Module,
+    shape: nn.Module | None,
+    batch: Example,
+    align: Callable[[Tensor], dict[str, Tensor]],
+    settings: ReconstructionSettings,
+    device: torch.device,
 ) -> dict[str, Tensor]:
     """Weighted losses of a batch."""
 
@@ -256,12 +270,15 @@ def _losses(
     photo, guide = tensor(batch.photo), tensor(batch.guide)
     points = {name: tensor(values) for name, values in batch.points.items()}
     place = points["place"]
-    asked = (place, points["depth"], points["guide_distance"], points["guide_normals"])
+
+    def values_of(maps: Tensor) -> Tensor:
+        return point_values(maps, guide, place, **align(maps))
+
     with torch.autocast(device.type, torch.bfloat16, enabled=settings.half):
         if shape is None:
             assert isinstance(model, Shape)
             features, maps = model.encoder(photo, guide)
-            distance, _ = model.field(features, point_values(maps, guide, *asked), place)
+            distance, _ = model.field(features, values_of(maps), place)
             return {
                 "distance": distance_loss(distance, points["distance"]),
                 "normals": normal_loss(maps[:, :6], tensor(batch.normals)),
@@ -270,7 +287,7 @@ def _losses(
         assert isinstance(shape, Shape)
         with torch.no_grad():
             features, maps = shape.encoder(photo, guide)
-            values = point_values(maps, guide, *asked)
+            values = values_of(maps)
         if isinstance(model, Painter):
             colors = model(model.features(photo, guide, maps), photo, values, points["normals"], place)
             return {"color": (colors - points["colors"]).abs().mean()}

@@ -78,4 +78,5 @@ def studio(tmp_path_factory: pytest.TempPathFactory, view: View) -> Path:
     folder = tmp_path_factory.mktemp("studio")
     for index, one in enumerate((view, make_view(1))):
         write_npz(view_path(folder, "training", index), one.to_arrays())
+    write_npz(folder / "guide.npz", {"faces": ellipsoid().faces})
     return folder

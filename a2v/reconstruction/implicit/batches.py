@@ -15,6 +15,8 @@ from a2v.reconstruction.prior import sample_image
 from a2v.reconstruction.synthetic.view import View
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
+LARGEST_SHIFT = 0.15
+"""Maps that are farther off than this, metres, are not followed: they have just begun to learn."""
 FAR = 0.04
 """Points farther from the surface than this, metres, are drawn twice as often as they were sampled."""
 
@@ -226,7 +228,7 @@ def align_points(prepared: Prepared, points: FloatArray, maps: FloatArray) -> Fl
     )
     share = np.clip((points[:, 2] - back) / np.maximum(front - back, 0.01), 0, 1)
     moved: FloatArray = points.astype(np.float32).copy()
-    moved[:, 2] += share * front_off + (1 - share) * back_off
+    moved[:, 2] += np.clip(share * front_off + (1 - share) * back_off, -LARGEST_SHIFT, LARGEST_SHIFT)
     return moved
 
 

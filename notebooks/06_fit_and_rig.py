@@ -73,10 +73,10 @@ for ax, (name, one) in zip(axes, bodies.items(), strict=True):
 # %%
 store = Store()
 parameters = photo_parameters(store, "../a2v/samples/person.jpg")
-outcome = run(["subject", "body", "photo_camera", "colored"], store=store, **parameters)
-subject, body = outcome.get("subject", Subject), outcome.get("body", Body)
+outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **parameters)
+subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
 camera, surface = outcome.get("photo_camera", OrthographicCamera), outcome.get("colored", Surface)
-measures = outcome.nodes["body"].measures
+measures = outcome.nodes["photo_body"].measures
 print({name: round(value, 4) for name, value in measures.items() if isinstance(value, float)})
 
 corners = body.vertices[body.faces]

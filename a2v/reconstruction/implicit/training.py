@@ -134,9 +134,10 @@ def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
 
 
 def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
-    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, nor what an error has over 15 cm."""
+    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, what an error has over 15 cm counts a tenth."""
     there = torch.isfinite(true)
-    error = (predicted - torch.nan_to_num(true)).abs().clamp(max=0.15) / 0.1
+    error = (predicted - torch.nan_to_num(true)).abs()
+    error = torch.where(error < 0.15, error, 0.15 + 0.1 * (error - 0.15)) / 0.1
     return (error * there).sum() / there.sum().clamp(min=1)
 
 
@@ -278,7 +279,8 @@ def _losses(
         if shape is None:
             assert isinstance(model, Shape)
             features, maps = model.encoder(photo, guide)
-            distance, _ = model.field(features, values_of(maps), place)
+            # the field follows the maps wherever they are: its errors must not move them
+            distance, _ = model.field(features, values_of(maps.detach()), place)
             return {
                 "distance": distance_loss(distance, points["distance"]),
                 "normals": normal_loss(maps[:, :6], tensor(batch.normals)),

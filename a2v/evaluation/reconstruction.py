@@ -238,8 +238,8 @@ def surface_maps(surface: Surface, normals: FloatArray, camera: OrthographicCame
     side : int
         1 from the front, -1 from the back.
     """
+    from a2v.reconstruction.rays import RayScene
     from a2v.reconstruction.synthetic.generate import texture_at
-    from a2v.reconstruction.synthetic.solid import RayScene
     from a2v.rendering.images import linear_to_srgb
 
     step = max(photo) / size
@@ -268,7 +268,7 @@ class Truth:
 
     def __init__(self, case: Case, settings: BenchmarkSettings) -> None:
         """See the class."""
-        from a2v.reconstruction.synthetic.solid import RayScene, face_normals
+        from a2v.reconstruction.rays import RayScene, face_normals
 
         self.case, self.settings = case, settings
         self.photo = (int(case.mask.shape[0]), int(case.mask.shape[1]))
@@ -298,7 +298,7 @@ class Truth:
 
     def compare_shape(self, placed: Placed) -> dict[str, float]:
         """Chamfer distance and point to surface (cm), normal consistency, and IoU of the silhouettes."""
-        from a2v.reconstruction.synthetic.solid import RayScene
+        from a2v.reconstruction.rays import RayScene
 
         surface, case, settings = placed.surface, self.case, self.settings
         points, normals = sample_surface(surface, settings.points, seed=settings.seed)

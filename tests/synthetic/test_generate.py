@@ -204,7 +204,7 @@ def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
 
 
 def test_guide_follows_the_avatar(avatar: Avatar, guide: Guide) -> None:
-    from a2v.reconstruction.synthetic.solid import RayScene
+    from a2v.reconstruction.rays import RayScene
 
     gap = RayScene(avatar.skin(avatar.rest_transforms), avatar.faces).closest(guide.vertices).distance
     assert np.median(gap) < 0.012

@@ -7,14 +7,12 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
+from a2v.reconstruction.rays import RayScene, face_normals, signed_distance_and_normals
 from a2v.reconstruction.synthetic.solid import (
     PhotoFrame,
-    RayScene,
     Solid,
     caps,
-    face_normals,
     open_faces,
-    signed_distance_and_normals,
     smooth_normals,
     weld,
     winding_number,

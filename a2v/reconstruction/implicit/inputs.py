@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.reconstruction.synthetic.solid import RayScene, facing, signed_distance_and_normals
+from a2v.reconstruction.rays import RayScene, side_view, signed_distance_and_normals
 from a2v.reconstruction.visibility import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
@@ -129,19 +129,8 @@ class GuideMesh:
 
     def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
         """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
-        (depth_front, normals_front), (depth_back, normals_back) = (self._seen(camera, frame, size, side) for side in (1, -1))
-        return GuideMaps(depth_front, depth_back, normals_front, normals_back)
-
-    def _seen(self, camera: OrthographicCamera, frame: int, size: int, side: int) -> tuple[FloatArray, FloatArray]:
-        """Depth and normals from the front (`side` 1), or through from the back (-1)."""
-        columns, rows = np.meshgrid(*[(np.arange(size) + 0.5) * (frame / size)] * 2)
-        far = side * (float(np.abs(self._vertices[:, 2]).max()) + 1)
-        origins = camera.unproject(np.stack([columns.ravel(), rows.ravel()], axis=-1), far)
-        hits = self._rays.cast(origins, np.array([0, 0, -side], np.float32))
-        normals = np.zeros((size * size, 3), np.float32)
-        normals[hits.hit] = facing(hits.interpolate(self._normals, self._faces), side)
-        depth = np.where(hits.hit, far - side * hits.distance, np.nan).astype(np.float32)
-        return depth.reshape(size, size), normals.reshape(size, size, 3)
+        front, back = (side_view(self._rays, self._vertices, self._faces, self._normals, camera, frame, size, side) for side in (1, -1))
+        return GuideMaps(front.depth, back.depth, front.normals, back.normals)
 
 
 def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:

@@ -20,6 +20,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.io import atomic_path, read_npz, write_npz
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.reconstruction.rays import Hits, RayScene, SideView, facing, pixel_rays, scattered, side_view, signed_distance_and_normals
 from a2v.reconstruction.synthetic.avatars import AVATAR_PARTS, Avatar, list_avatars, load_avatar
 from a2v.reconstruction.synthetic.guide import Guide, GuideErrors, disturb, fit_guide, girth_errors, guide_key, stack_guides, unstack_guides
 from a2v.reconstruction.synthetic.lighting import (
@@ -33,14 +34,10 @@ from a2v.reconstruction.synthetic.lighting import (
 )
 from a2v.reconstruction.synthetic.posing import PoseLibrary, action_poses, joint_noise, natural_pose, open_pose
 from a2v.reconstruction.synthetic.solid import (
-    Hits,
     PhotoFrame,
-    RayScene,
     Solid,
     caps,
-    facing,
     open_faces,
-    signed_distance_and_normals,
     smooth_normals,
     weld,
 )
@@ -298,15 +295,17 @@ class Studio:
         generator = np.random.default_rng([settings.seed, SPLITS.index(split), index, 2])
         surface, camera = scene.surface, scene.camera
         rays = RayScene(surface.vertices, surface.faces)
-        fore = _maps(rays, surface.vertices, surface.faces, scene.normals, camera, MAP_SIZE, 1)
-        rear = _maps(rays, surface.vertices, surface.faces, scene.normals, camera, MAP_SIZE, -1)
+        fore = side_view(rays, surface.vertices, surface.faces, scene.normals, camera, PHOTO_SIZE, MAP_SIZE, 1)
+        rear = side_view(rays, surface.vertices, surface.faces, scene.normals, camera, PHOTO_SIZE, MAP_SIZE, -1)
         light = Light.draw(generator)
         shadows, gain = _light_up(rays, scene, fore, light, generator)
         image, mask, quality = _photograph(rays, scene, fore, light, shadows, gain, generator)
         guide_faces = self._guide(scene.avatar).faces
         guide_normals = vertex_normals(scene.guide, guide_faces).astype(np.float32)
         guide_rays = RayScene(scene.guide, guide_faces)
-        guide_maps = [_maps(guide_rays, scene.guide, guide_faces, guide_normals, camera, GUIDE_SIZE, side) for side in (1, -1)]
+        guide_maps = [
+            side_view(guide_rays, scene.guide, guide_faces, guide_normals, camera, PHOTO_SIZE, GUIDE_SIZE, side) for side in (1, -1)
+        ]
         corners = scene.parts[surface.faces[fore.hits.face[fore.hits.hit]]]
         weights = np.concatenate(
             [1 - fore.hits.barycentric[fore.hits.hit].sum(axis=1, keepdims=True), fore.hits.barycentric[fore.hits.hit]], 1
@@ -428,49 +427,7 @@ def _packed(normals: FloatArray) -> IntArray:
     return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)
 
 
-@dataclass(frozen=True, eq=False)
-class _Maps:
-    hits: Hits
-    depth: FloatArray
-    normals: FloatArray
-
-
-def _pixel_rays(camera: OrthographicCamera, pixels: FloatArray, z: float) -> FloatArray:
-    """Origins (n, 3) of parallel rays through pixels (n, 2) of the photo, at depth `z`."""
-    return np.asarray(camera.unproject(pixels, z), np.float32)
-
-
-def _maps(
-    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray, camera: OrthographicCamera, size: int, side: int
-) -> _Maps:
-    """Depth and normals from the front (`side` 1) or through from the back (-1)."""
-    step = PHOTO_SIZE / size
-    grid = (np.arange(size) + 0.5) * step
-    corner = camera.project(vertices)
-    low, high = np.floor(corner.min(axis=0) / step).astype(int) - 1, np.ceil(corner.max(axis=0) / step).astype(int) + 1
-    columns, rows = np.arange(max(0, low[0]), min(size, high[0])), np.arange(max(0, low[1]), min(size, high[1]))
-    pixels = np.stack(np.meshgrid(grid[columns], grid[rows]), axis=-1).reshape(-1, 2)
-    index = (rows[:, None] * size + columns[None]).ravel()
-    far = side * (float(np.abs(vertices[:, 2]).max()) + 1)
-    some = rays.cast(_pixel_rays(camera, pixels, far), np.array([0, 0, -side], np.float32))
-    whole = size * size
-    hits = _scattered(some, index, whole)
-    hit = hits.hit
-    normal = np.zeros((whole, 3), np.float32)
-    normal[hit] = facing(hits.interpolate(normals, faces), side)
-    depth = np.where(hit, far - side * hits.distance, np.nan).astype(np.float32)
-    return _Maps(hits, depth.reshape(size, size), normal.reshape(size, size, 3))
-
-
-def _scattered(hits: Hits, index: IntArray, count: int) -> Hits:
-    """The hits as those of rays `index` among `count`, of which the others meet nothing."""
-    hit, distance = np.zeros(count, bool), np.full(count, np.inf, np.float32)
-    face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
-    hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
-    return Hits(hit, distance, face, uv)
-
-
-def _light_up(rays: RayScene, scene: Scene, fore: _Maps, light: Light, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def _light_up(rays: RayScene, scene: Scene, fore: SideView, light: Light, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Smoothed shadows (512, 512, 1 + lamps) of what the photo sees, and the factor (3,) that develops its mean irradiance well."""
     import cv2
 
@@ -500,7 +457,7 @@ def _light_up(rays: RayScene, scene: Scene, fore: _Maps, light: Light, generator
 
 
 def _photograph(
-    rays: RayScene, scene: Scene, fore: _Maps, light: Light, shadows: FloatArray, gain: FloatArray, generator: np.random.Generator
+    rays: RayScene, scene: Scene, fore: SideView, light: Light, shadows: FloatArray, gain: FloatArray, generator: np.random.Generator
 ) -> tuple[ByteArray, ByteArray, int]:
     """The photo, its mask (uint8) and the quality of its JPEG."""
     import cv2
@@ -518,7 +475,7 @@ def _photograph(
     step = size // MAP_SIZE
     near = cv2.dilate(fore.hits.hit.reshape(MAP_SIZE, MAP_SIZE).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     index = np.flatnonzero(near[rows[:, None] // step, columns[None] // step].ravel())
-    first = _scattered(rays.cast(_pixel_rays(camera, pixels[index], far), down), index, len(pixels))
+    first = scattered(rays.cast(pixel_rays(camera, pixels[index], far), down), index, len(pixels))
     # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is `gain`
     seen = _shade(scene, light, shadows, first, pixels)
     factor = gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
@@ -531,7 +488,7 @@ def _photograph(
     edge = np.flatnonzero(jump.ravel())
     offsets = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
     fine_pixels = (pixels[edge][:, None] + offsets).reshape(-1, 2)
-    fine = rays.cast(_pixel_rays(camera, fine_pixels, far), down)
+    fine = rays.cast(pixel_rays(camera, fine_pixels, far), down)
     fine_color = np.zeros((len(fine_pixels), 3), np.float32)
     fine_color[fine.hit] = _shade(scene, light, shadows, fine, fine_pixels).color * factor
     count = fine.hit.reshape(-1, 4).sum(axis=1)

@@ -11,9 +11,9 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.reconstruction.rays import RayScene
 from a2v.reconstruction.synthetic.avatars import Avatar, a_pose, linear_blend
 from a2v.reconstruction.synthetic.posing import avatar_body
-from a2v.reconstruction.synthetic.solid import RayScene
 from a2v.reconstruction.synthetic.variation import Build, segment_of, stretch
 from a2v.types import FloatArray, IntArray, OrthographicCamera, Record, Subject, Surface
 

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from a2v.reconstruction.synthetic.solid import RayScene, cosine_directions
+from a2v.reconstruction.rays import RayScene
+from a2v.reconstruction.synthetic.solid import cosine_directions
 from a2v.rendering.images import linear_to_srgb, srgb_to_linear
 from a2v.types import ByteArray, FloatArray
 

@@ -7,10 +7,10 @@ winding number exceeds one half (Jacobson et al. 2013; fast evaluation: Barill e
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from a2v.reconstruction.rays import RayScene, coherent, face_normals
 from a2v.types import BoolArray, FloatArray, IntArray
 
 INSIDE = 0.5
@@ -93,85 +93,12 @@ def caps(faces: IntArray, places: IntArray) -> IntArray:
     return np.array(fans, np.int64).reshape(-1, 3)
 
 
-def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Unit normals (F, 3) float32; zero for degenerate faces."""
-    corner = vertices[faces].astype(np.float64)
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12), np.float32)
-
-
-def facing(normals: FloatArray, side: int) -> FloatArray:
-    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away from there are tilted to the rim."""
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
-
-
 def cosine_directions(normals: FloatArray, generator: np.random.Generator) -> FloatArray:
     """One direction (N, 3) float32 a normal, drawn from the cosine lobe around it."""
     sphere = generator.standard_normal(normals.shape, dtype=np.float32)
     sphere /= np.maximum(np.linalg.norm(sphere, axis=1, keepdims=True), 1e-6)
     direction = normals + 0.999 * sphere  # Lambert: uniform on the unit sphere that touches the surface
     return np.asarray(direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6), np.float32)
-
-
-@dataclass(frozen=True, eq=False)
-class Hits:
-    """Where rays met a mesh; entries of rays that met nothing mean nothing."""
-
-    hit: BoolArray
-    distance: FloatArray
-    face: IntArray
-    barycentric: FloatArray
-
-    def interpolate(self, values: FloatArray, faces: IntArray) -> FloatArray:
-        """Values (V, C) of vertices at the hits, (n, C) float32, for the rays that hit."""
-        return _mix(np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit])
-
-
-def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
-    """Corner values (n, 3, C) at Embree's barycentric coordinates (n, 2)."""
-    u, v = uv[:, :1], uv[:, 1:]
-    return np.asarray((1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32)
-
-
-class RayScene:
-    """Embree (by open3d) on one thread: rays, shadows and closest points of one mesh."""
-
-    def __init__(self, vertices: FloatArray, faces: IntArray):
-        """`vertices` (V, 3), `faces` (F, 3)."""
-        from a2v.body.silhouette import ray_scene
-
-        self._scene, self._tensor = ray_scene(vertices, faces)
-
-    def _rays(self, origins: FloatArray, directions: FloatArray) -> Any:
-        rays = np.empty((len(origins), 6), np.float32)
-        rays[:, :3], rays[:, 3:] = origins, directions
-        return self._tensor(rays)
-
-    def cast(self, origins: FloatArray, directions: FloatArray) -> Hits:
-        """First hits of rays from `origins` (n, 3) along `directions` (n, 3) or (3,)."""
-        found = self._scene.cast_rays(self._rays(origins, directions), nthreads=1)
-        distance = found["t_hit"].numpy()
-        return Hits(np.isfinite(distance), distance, found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy())
-
-    def occluded(self, origins: FloatArray, directions: FloatArray) -> BoolArray:
-        """Whether rays (n,) meet anything at all."""
-        return np.asarray(self._scene.test_occlusions(self._rays(origins, directions), nthreads=1).numpy())
-
-    def crossings(self, points: FloatArray, normals: FloatArray) -> IntArray:
-        """Winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F, 3): exits minus entries along one ray."""
-        direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm([0.0123, 0.0345, 1.0])  # along no edge of anything
-        found = self._scene.list_intersections(self._rays(points, direction), nthreads=1)
-        ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
-        return np.asarray(np.rint(np.bincount(ray, np.sign(normals[face] @ direction), len(points))), np.int64)
-
-    def closest(self, points: FloatArray) -> Hits:
-        """Closest points of the mesh to `points` (n, 3)."""
-        found = self._scene.compute_closest_points(self._tensor(np.ascontiguousarray(points, np.float32)), nthreads=1)
-        distance = np.linalg.norm(points - found["points"].numpy(), axis=1)
-        face, uv = found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy()
-        return Hits(np.ones(len(points), bool), distance, face, uv)
 
 
 class Solid:
@@ -259,33 +186,6 @@ class Solid:
         distance = np.empty(len(points), np.float32)
         distance[order] = self._scene.closest(points[order]).distance
         return np.where(self.inside(points), -distance, distance)
-
-
-def signed_distance_and_normals(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: RayScene, points: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at the closest point.
-
-    Parameters
-    ----------
-    vertices, faces, normals
-        The mesh; normals (V, 3) of its vertices, which are interpolated.
-    scene : RayScene
-        Of the same mesh.
-    """
-    order = coherent(points)
-    closest = scene.closest(points[order])
-    distance, normal = np.empty(len(points), np.float32), np.empty((len(points), 3), np.float32)
-    distance[order], normal[order] = closest.distance, closest.interpolate(normals, faces)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-    # closed, so exact, and five times as fast as `winding_number`
-    inside = scene.crossings(points, face_normals(vertices, faces)) > 0
-    return np.where(inside, -distance, distance), normal
-
-
-def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
-    """An order (N,) in which neighbours follow each other: searches find warm caches."""
-    return np.asarray(np.lexsort(np.floor(points / cell).T))
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ def file_digest(path: Path) -> str:
     return _cached_digest(str(path), path.stat().st_mtime_ns)
 
 
-def read_metadata(path: Path, formats: Collection[str], what: str) -> dict[str, Any]:
-    """What an ONNX file of ours says of itself.
+def read_metadata(path: Path, formats: Collection[str], what: str, threads: int = 1) -> dict[str, Any]:
+    """What an ONNX file of ours says of itself; the session is kept for `open_session` with as many threads.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def read_metadata(path: Path, formats: Collection[str], what: str) -> dict[str, 
         The file is no `what` ("motion model") of a2v, or its "format" is none of `formats`.
     """
     try:
-        text = open_session(path).get_modelmeta().custom_metadata_map.get("a2v", "")
+        text = open_session(path, threads).get_modelmeta().custom_metadata_map.get("a2v", "")
         metadata = json.loads(text)
     except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
         raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None

@@ -10,6 +10,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.body_prior import SurfaceSettings
+from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings
 from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -100,13 +101,20 @@ def _with_weights(name: str, weights: str) -> SurfaceSettings | ImplicitSettings
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
 
-def color_shape(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_shape(
+    shape: Shape,
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    *,
+    settings: ColorSettings | None = None,
+    progress: Progress | None = None,
+) -> Surface:
     """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
     from a2v.body import nearest_parts
-    from a2v.reconstruction.color import color_surface
 
     parts = nearest_parts(shape.surface.vertices, body)
-    return color_surface(shape.surface, subject, camera, prior=shape.prior, parts=parts)
+    return color_surface(shape.surface, subject, camera, prior=shape.prior, parts=parts, settings=settings, progress=progress)
 
 
 def color_mirrored(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:

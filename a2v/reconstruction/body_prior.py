@@ -14,7 +14,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.extraction import mesh_grid, piece_of_faces
-from a2v.reconstruction.visibility import cast_depth, raycasting_scene, silhouette_iou, vertex_normals
+from a2v.reconstruction.visibility import cast_depth, contour_distance, person_box, raycasting_scene, silhouette_iou, vertex_normals
 from a2v.reconstruction.volume import Grid, signed_distance
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -140,10 +140,7 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings) -> Grid:
-    rows, columns = np.nonzero(person)
-    corners = camera.unproject(np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64), 0.0)
-    low = np.minimum(skin.min(axis=0), [*corners[0, :2], np.inf])
-    high = np.maximum(skin.max(axis=0), [*corners[1, :2], -np.inf])
+    low, high = person_box(skin, person, camera)
     cell = float((high - low).max() / settings.resolution)
     border = np.array([6 * cell, 6 * cell, 6 * cell + 0.10])
     shape = np.ceil((high - low + 2 * border) / cell).astype(int) + 1
@@ -243,9 +240,7 @@ def _signed(inside: BoolArray, cell: float) -> FloatArray:
     """Signed distance of a binary map (negative inside), metres, contour between the nodes, lightly smoothed."""
     import cv2
 
-    out = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 5)
-    into = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray(cv2.GaussianBlur((np.where(inside, 0.5 - into, out - 0.5) * cell).astype(np.float32), (0, 0), 1.0))
+    return np.asarray(cv2.GaussianBlur((contour_distance(inside) * cell).astype(np.float32), (0, 0), 1.0))
 
 
 def _pull_to_contour(

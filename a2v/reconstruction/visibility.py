@@ -60,6 +60,24 @@ def silhouette_iou(vertices: FloatArray, faces: IntArray, camera: OrthographicCa
     return float((seen & person).sum() / union)
 
 
+def person_box(vertices: FloatArray, person: BoolArray, camera: OrthographicCamera) -> FloatArray:
+    """Least and largest corner (2, 3) of the box that holds a body's vertices (V, 3) and, in x and y, a mask (H, W) of `camera`; metres."""
+    rows, columns = np.nonzero(person)
+    corners = camera.unproject(np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64), 0.0)
+    low = np.minimum(vertices.min(axis=0), [*corners[0, :2], np.inf])
+    high = np.maximum(vertices.max(axis=0), [*corners[1, :2], -np.inf])
+    return np.stack([low, high])
+
+
+def contour_distance(person: BoolArray) -> FloatArray:
+    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels, negative inside."""
+    import cv2
+
+    out = cv2.distanceTransform((~person).astype(np.uint8), cv2.DIST_L2, 5)
+    into = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
+    return np.where(person, 0.5 - into, out - 0.5)
+
+
 def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Area-weighted unit normals (V, 3) float64."""
     corners = np.asarray(vertices, np.float64)[faces]

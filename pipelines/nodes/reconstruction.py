@@ -24,12 +24,12 @@ def colored(
     surface: Ref[Surface], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
-    from a2v.body import nearest_parts
-    from a2v.reconstruction import color_surface
-    from a2v.reconstruction.backends import expected_colors
+    from a2v.reconstruction.backends import Shape, color_shape, expected_colors
 
     shape = get(surface, Surface)
-    camera = get(photo_camera, OrthographicCamera)
-    parts = nearest_parts(shape.vertices, get(body, Body))
-    person, prior = get(subject, Subject), expected_colors(shape)
-    return put(color_surface(shape, person, camera, prior=prior, parts=parts, settings=color, progress=progress()))
+    made = Shape(shape, expected_colors(shape))
+    return put(
+        color_shape(
+            made, get(subject, Subject), get(body, Body), get(photo_camera, OrthographicCamera), settings=color, progress=progress()
+        )
+    )

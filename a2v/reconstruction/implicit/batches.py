@@ -112,7 +112,6 @@ def _prepare(path: Path) -> Prepared:
     mask = cv2.resize(view.mask, half, interpolation=cv2.INTER_AREA)
     depth = np.stack([_halved(view.depth_front), _halved(view.depth_back)])
     nearest = distance_transform_edt(~np.isfinite(depth).all(axis=0), return_distances=False, return_indices=True)
-    faces = read_npz(path.parents[2] / "guide.npz")["faces"]
     small = cv2.resize(view.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     prepared = Prepared(
         view=view,
@@ -122,12 +121,17 @@ def _prepare(path: Path) -> Prepared:
         normals=np.stack([_pooled(channel) for channel in _true_normals(view)]).astype(np.float16),
         depth=depth.astype(np.float16),
         nearest=nearest.astype(np.int16),
-        guide_mesh=GuideMesh(view.guide_vertices, faces),
+        guide_mesh=GuideMesh(view.guide_vertices, _guide_faces(path.parents[2])),
     )
-    for name in list(vars(view)):  # the decoded pictures, which the view keeps
-        if name not in view.__dataclass_fields__:
-            vars(view).pop(name)
+    view.forget_pictures()
     return prepared
+
+
+@lru_cache(maxsize=2)
+def _guide_faces(folder: Path) -> IntArray:
+    """Faces (F, 3) of the guides of a data set's folder."""
+    faces: IntArray = read_npz(folder / "guide.npz")["faces"]
+    return faces
 
 
 def _true_normals(view: View) -> FloatArray:
@@ -155,7 +159,6 @@ def make_example(
     crop : int
         Side of `Example.part`, pixels of the frame; 0 for none.
     """
-
     view = prepared.view
     mask, guide = prepared.mask, prepared.guide.astype(np.float32)
     tint = np.ones(3)
@@ -175,8 +178,7 @@ def make_example(
             "normals": _true_normals(view)[:, top // 2 : (top + crop) // 2, left // 2 : (left + crop) // 2],
             "corner": np.array([left, top], np.float32),
         }
-        for name in ("image", "mask", "normals_front", "normals_back"):
-            vars(view).pop(name, None)
+        view.forget_pictures()
     example = Example(
         photo=photo_input(_tinted(prepared.image, tint), mask / np.float32(255), FRAME // 2),
         guide=guide,

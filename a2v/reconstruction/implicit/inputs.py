@@ -12,7 +12,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.rays import RayScene, side_view, signed_distance_and_normals
-from a2v.reconstruction.visibility import vertex_normals
+from a2v.reconstruction.visibility import contour_distance, vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 FRAME = 1024
@@ -135,13 +135,7 @@ class GuideMesh:
 
 def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:
     """Signed distance (H, W) to the contour of ``mask > 0.5``, metres, negative inside, clipped at `REACH`."""
-    import cv2
-
-    person = np.asarray(mask > 0.5, np.uint8)
-    out = cv2.distanceTransform(1 - person, cv2.DIST_L2, 5) if not person.all() else np.zeros(person.shape, np.float32)
-    into = cv2.distanceTransform(person, cv2.DIST_L2, 5)
-    pixels = np.where(person > 0, 0.5 - into, out - 0.5)
-    return np.clip(pixels / pixels_per_metre, -REACH, REACH).astype(np.float32)
+    return np.clip(contour_distance(mask > 0.5) / pixels_per_metre, -REACH, REACH).astype(np.float32)
 
 
 def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:

@@ -54,7 +54,7 @@ class ImplicitModel:
         for name in FILES:
             if not (where / name).is_file():
                 raise InputError(f"{where / name} does not exist; give a folder with {', '.join(FILES)}")
-        return cls(where, read_metadata(where / MAPS_FILE, (FORMAT,), "reconstruction model"), threads)
+        return cls(where, read_metadata(where / MAPS_FILE, (FORMAT,), "reconstruction model", threads), threads)
 
     @property
     def digest(self) -> str:
@@ -77,8 +77,8 @@ class ImplicitModel:
         distance = mask_distance(small, frame.camera.scale * GUIDE / frame.size)
         channels = guide_input(guide.maps(frame.camera, frame.size), distance)
         photo = photo_input(frame.image, frame.mask, FRAME)
-        half = cv2.resize(photo.transpose(1, 2, 0), (FRAME // 2,) * 2, interpolation=cv2.INTER_AREA).transpose(2, 0, 1)
-        given = {"photo": photo[None], "photo_half": np.ascontiguousarray(half)[None], "guide": channels[None]}
+        half = photo_input(frame.image, frame.mask, FRAME // 2)
+        given = {"photo": photo[None], "photo_half": half[None], "guide": channels[None]}
         names = ["features", "maps", "fine", "color_features"]
         found = open_session(self.folder / MAPS_FILE, self.threads).run(names, given)
         return ImplicitPerson(self, frame, guide, middle, dict(zip(names, found, strict=True)) | given)

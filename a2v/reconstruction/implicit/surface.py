@@ -11,7 +11,7 @@ from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.prior import sample_image
-from a2v.reconstruction.visibility import silhouette_iou, vertex_normals
+from a2v.reconstruction.visibility import person_box, silhouette_iou, vertex_normals
 from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08
@@ -87,7 +87,8 @@ def implicit_surface(
     if settings.digest not in ("", model.digest):
         raise InputError(f"the reconstruction model in {model.folder} has the digest {model.digest}, not {settings.digest}")
     person = model.see(subject, body, camera)
-    bounds = person_bounds(person, body)
+    low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
+    bounds = np.stack([low - MARGIN, high + MARGIN])
     level = rim_level(person, bounds)
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
 
@@ -123,13 +124,3 @@ def rim_level(person: ImplicitPerson, bounds: FloatArray, *, count: int = 500, s
     points = person.frame.camera.unproject(np.repeat(chosen, len(depths), axis=0), np.tile(depths, count))
     nearest = person.distance(points.astype(np.float32)).reshape(count, -1).min(axis=1)
     return float(np.clip(np.median(nearest), 0, largest))
-
-
-def person_bounds(person: ImplicitPerson, body: Body) -> FloatArray:
-    """Least and largest corner (2, 3) of the box that holds body and mask with a margin, metres."""
-    rows, columns = np.nonzero(person.frame.mask > 0.5)
-    corners = person.frame.camera.unproject(np.array([[columns.min(), rows.max() + 1], [columns.max() + 1, rows.min()]], np.float64), 0.0)
-    low, high = np.min(body.vertices, axis=0), np.max(body.vertices, axis=0)
-    low, high = np.minimum(low, [*corners[0, :2], np.inf]), np.maximum(high, [*corners[1, :2], -np.inf])
-    bounds: FloatArray = np.stack([low - MARGIN, high + MARGIN])
-    return bounds

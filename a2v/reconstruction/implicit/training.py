@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import torch
@@ -107,13 +107,9 @@ def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
         The stage was not trained there.
     """
     content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
-    network = make_networks(stage, NetworkSettings(**{name: _tupled(value) for name, value in content["network"].items()}))
+    network = make_networks(stage, NetworkSettings(**content["network"]))
     network.load_state_dict(content["model"])
     return network.eval()
-
-
-def _tupled(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
@@ -220,7 +216,6 @@ def train_reconstruction(
             crop = settings.crop if stage == "detail" else 0
             views_read = [reader(files[i]) for i in chosen]
             examples = [make_example(one, state.generator, settings.points, colors=stage == "color", crop=crop) for one in views_read]
-
             align = functools.partial(_align, views_read, examples)
             progress = state.iteration / settings.iterations
             set_rate(optimizer, settings.learning_rate * min(1.0, (state.iteration + 1) / 200) * cosine_decay(progress, 0.01))

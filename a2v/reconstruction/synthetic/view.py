@@ -110,6 +110,11 @@ class View(Record):
         if missing := [name for name in ("image", *_MAPS) if name not in self.encoded]:
             raise InputError(f"View has no picture '{missing[0]}'; it has {', '.join(self.encoded) or 'none'}")
 
+    def forget_pictures(self) -> None:
+        """Drop what was decoded; it is decoded again when it is asked for."""
+        for name in ("image", *_MAPS):
+            vars(self).pop(name, None)
+
     @cached_property
     def image(self) -> ByteArray:
         """(1024, 1024, 3) uint8 sRGB."""

@@ -274,7 +274,7 @@ class Subject(Record):
         (0: not seen; then u and v mean nothing).
     keypoints_3d : (33, 3) float32
         Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up, +z towards the
-        camera); NaN where unknown.
+        camera, in which whoever stands upright does so however high the camera); NaN where unknown.
     crop : tuple of 4 int
         Left, top, right, bottom of the crop in the upright photo's pixels (may reach outside of it).
     photo_size : tuple of 2 int

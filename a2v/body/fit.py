@@ -73,7 +73,7 @@ class FitSettings:
     model: str = "anny"
     keypoint_sigma: float = 0.012
     keypoint_robust: float = 0.05
-    depth_weight: float = 0.5
+    depth_weight: float = 6.0
     depth_sigma: float = 0.04
     silhouette_weight: float = 1.0
     silhouette_sigma: float = 0.012

@@ -21,6 +21,7 @@ BUNDLED = {
     "cmu": "motion_cmu.onnx",
     "humanact12": "motion_humanact12.onnx",
     "humanact12-fine": "motion_humanact12_fine.onnx",
+    "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
     "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
 }
 """Shipped motion models by name."""

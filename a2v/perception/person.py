@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.perception.depth import put_upright
 from a2v.perception.landmarks import INDEX, LANDMARKS, LIMBS
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
 
@@ -194,7 +195,7 @@ def _locate(
                 raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
             points = keypoints if keypoints is not None or person is None else person.keypoints
             assert points is not None
-            points_3d = person.keypoints_3d if person is not None else unknown_3d
+            points_3d = put_upright(person.keypoints, person.keypoints_3d) if person is not None else unknown_3d
             rough = mask if mask is not None else person.mask if person is not None else hint
             return points, points_3d, rough, None
 
@@ -213,7 +214,7 @@ def _locate(
         closer = _detect_in(detector, rgb, box, None, others)
         if closer is not None and _agree(closer.keypoints, best.keypoints):
             best = closer
-    return best.keypoints, best.keypoints_3d, best.mask, others
+    return best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others
 
 
 def _detect_in(

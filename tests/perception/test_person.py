@@ -50,6 +50,12 @@ def test_landmarks_lie_on_the_person(subject) -> None:
     assert subject.warnings == ()
 
 
+def test_who_stands_upright_does_so_in_3d(subject) -> None:
+    depth = {name: subject.keypoints_3d[[LANDMARKS.index(f"{side}_{name}") for side in ("left", "right")], 2].mean()
+             for name in ("shoulder", "hip", "ankle")}  # fmt: skip
+    assert np.ptp(list(depth.values())) < 0.08  # the detector itself leans this person over by 20 cm
+
+
 def test_given_mask_matches_published_one(data_dir: Path) -> None:
     rgb = decode_photo((data_dir / "photos" / "PIFu_ryota.png").read_bytes())
     truth = cv2.imread(str(data_dir / "photos" / "PIFu_ryota_mask.png"), cv2.IMREAD_GRAYSCALE) > 128

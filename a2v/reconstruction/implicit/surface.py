@@ -12,10 +12,12 @@ from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.prior import sample_image
 from a2v.reconstruction.visibility import person_box, silhouette_iou, vertex_normals
-from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
+from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08
 """Clothes and hair reach at most this far beyond the body and the mask, metres."""
+RIM = 0.01
+"""So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it is."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class ImplicitSettings:
         Cells of the finest grid over the person's longer side.
     vertices : int
         Vertices to aim at, at least 25,000.
+    smoothing : int
+        Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks' maps show as faint lines; 0 for none.
     threads : int
         Of onnxruntime; 0 for its default.
     digest : str
@@ -39,11 +43,14 @@ class ImplicitSettings:
     weights: str = ""
     resolution: int = 320
     vertices: int = 36_000
+    smoothing: int = 8
     threads: int = 0
     digest: str = ""
 
     def __post_init__(self) -> None:
         self.extraction  # noqa: B018  checks resolution and vertices
+        if not 0 <= self.smoothing <= 50:
+            raise InputError(f"smoothing is {self.smoothing}; expected 0 to 50 rounds")
 
     @property
     def extraction(self) -> ExtractionSettings:
@@ -97,6 +104,8 @@ def implicit_surface(
         return np.maximum(person.distance(points) - level, sample_image(outline, pixels, linear=True))
 
     vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
+    inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM
+    vertices = smooth_surface(vertices, faces, np.clip(inside, 0, 1), settings.smoothing)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
         vertices=vertices.astype(np.float32),
@@ -109,6 +118,19 @@ def implicit_surface(
             "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
         },
     )
+
+
+def smooth_surface(vertices: FloatArray, faces: IntArray, share: FloatArray, rounds: int) -> FloatArray:
+    """Vertices (V, 3) after Taubin smoothing, which does not shrink, as far as `share` (V,) from 0 to 1 says."""
+    if not rounds:
+        return vertices
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.apply_coord_taubin_smoothing(stepsmoothnum=rounds)
+    smooth: FloatArray = np.asarray(meshes.current_mesh().vertex_matrix())
+    return vertices + share[:, None] * (smooth - vertices)
 
 
 def rim_level(person: ImplicitPerson, bounds: FloatArray, *, count: int = 500, step: float = 0.01, largest: float = 0.02) -> float:

@@ -146,6 +146,8 @@ class Scene:
     layers : Layers
     guide : (G, 3) float32
         Vertices of the guide.
+    landmarks : (33, 3) float32
+        The person's BlazePose landmarks as a body model has them (no error of the guide moves them).
     camera : OrthographicCamera
     yaw : float
         Degrees.
@@ -159,6 +161,7 @@ class Scene:
     normals: FloatArray
     layers: Layers
     guide: FloatArray
+    landmarks: FloatArray
     camera: OrthographicCamera
     yaw: float
     avatar: str
@@ -262,6 +265,7 @@ class Studio:
         posed = guide.posed(plain, build.thicker(girth_errors(errors, generator)), wrong)
         seen, held = frame.warp(person + shift), frame.warp(posed + shift)
         held[:, :2] += errors.shift * generator.standard_normal(2)
+        landmarks = frame.warp(guide.posed_landmarks(plain, build, transforms) + shift)
         # the photo's square around the person, and the guide's idea of the metre
         least, most = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
         origin = np.append((least + most) / 2, held[:, 2].mean())
@@ -278,6 +282,7 @@ class Studio:
             normals=smooth_normals(vertices, plain.faces, prepared.places),
             layers=prepared.layers,
             guide=(factor * (held - origin)).astype(np.float32),
+            landmarks=(factor * (landmarks - origin)).astype(np.float32),
             camera=OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2, center_v=PHOTO_SIZE / 2),
             yaw=float((yaw + 180) % 360 - 180),
             avatar=plain.name,

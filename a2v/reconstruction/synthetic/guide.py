@@ -15,7 +15,7 @@ from a2v.reconstruction.rays import RayScene
 from a2v.reconstruction.synthetic.avatars import Avatar, a_pose, linear_blend
 from a2v.reconstruction.synthetic.posing import avatar_body
 from a2v.reconstruction.synthetic.variation import Build, segment_of, stretch
-from a2v.types import FloatArray, IntArray, OrthographicCamera, Record, Subject, Surface
+from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Record, Subject, Surface
 
 if TYPE_CHECKING:
     from a2v.body import FitSettings
@@ -91,6 +91,10 @@ class Guide(Record):
         Heads of the bones in the T-pose.
     parts : (G,) int8
         Index into `a2v.body.PARTS`.
+    landmarks : (33, 3) float32
+        The body's BlazePose landmarks in the T-pose, metres.
+    landmark_bones : (33,) int32
+        What bone of `bone_names` carries each.
     """
 
     vertices: FloatArray
@@ -100,6 +104,8 @@ class Guide(Record):
     bone_names: tuple[str, ...]
     heads: FloatArray
     parts: IntArray
+    landmarks: FloatArray
+    landmark_bones: IntArray
 
     def __post_init__(self) -> None:
         sizes = {"B": len(self.bone_names)}
@@ -109,20 +115,31 @@ class Guide(Record):
         self._check("bones", ("G", 4), sizes)
         self._check("heads", ("B", 3), sizes)
         self._check("parts", ("G",), sizes)
+        self._check("landmarks", (33, 3))
+        self._check("landmark_bones", (33,))
 
     def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
         """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone `transforms` (B, 4, 4) of the built avatar.
 
         `avatar` is the one without the build.
         """
+        return self._carried(self.vertices, self.weights, self.bones, avatar, build, transforms)
+
+    def posed_landmarks(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
+        """Landmarks (33, 3) float32; see `posed`."""
+        return self._carried(self.landmarks, np.ones((33, 1)), self.landmark_bones[:, None], avatar, build, transforms)
+
+    def _carried(
+        self, points: FloatArray, weights: FloatArray, bones: IntArray, avatar: Avatar, build: Build, transforms: FloatArray
+    ) -> FloatArray:
         number = {name: index for index, name in enumerate(avatar.bone_names)}
-        own = np.array([number[name] for name in self.bone_names])[self.bones]
+        own = np.array([number[name] for name in self.bone_names])[bones]
         maps, moved = stretch(build, avatar)
-        local = self.vertices[:, None] - self.heads[self.bones].astype(np.float64)
-        rest = np.einsum("vk,vki->vi", self.weights, np.einsum("vkij,vkj->vki", maps[own], local) + moved[own])
+        local = points[:, None] - self.heads[bones].astype(np.float64)
+        rest = np.einsum("vk,vki->vi", weights, np.einsum("vkij,vkj->vki", maps[own], local) + moved[own])
         at_rest = avatar.rest_transforms.astype(np.float64)
         at_rest[:, :3, 3] = moved
-        return linear_blend(rest, self.weights, own, transforms.astype(np.float64) @ np.linalg.inv(at_rest))
+        return linear_blend(rest, weights, own, transforms.astype(np.float64) @ np.linalg.inv(at_rest))
 
 
 _SEGMENTS = {
@@ -239,6 +256,8 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
     moves = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
     blended = np.einsum("vk,vkij->vij", bound.weights, moves[bound.bones])
     rest = np.linalg.solve(blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None])[..., 0]
+    landmarks, carriers = _landmarks(fitted, avatar)
+    landmarks = np.einsum("kij,kj->ki", np.linalg.inv(moves[carriers]), np.c_[landmarks, np.ones(len(landmarks))])[:, :3]
     used = np.array([index for index, name in enumerate(avatar.bone_names) if not name.endswith("_end")])
     place = np.full(len(avatar.bone_names), -1)
     place[used] = np.arange(len(used))
@@ -252,8 +271,33 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
         bone_names=tuple(avatar.bone_names[index] for index in used),
         heads=avatar.rest_transforms[used, :3, 3],
         parts=np.asarray(parts, np.int8),
+        landmarks=landmarks.astype(np.float32),
+        landmark_bones=place[carriers].astype(np.int32),
         provenance={"avatar": avatar.name},
     )
+
+
+_CARRIERS = {
+    "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "pinky": "Hand", "index": "Hand", "thumb": "Hand",
+    "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "heel": "Foot", "foot_index": "ToeBase",
+}  # fmt: skip
+"""Bones of the avatars (without their side) that carry landmarks; the head has the others."""
+
+
+def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
+    """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry them."""
+    import torch
+
+    from a2v.body import BLAZEPOSE, load_body_model
+
+    model = load_body_model()
+    vertices = torch.from_numpy(body.vertices)[model.landmark_vertices]
+    points = model.landmarks_of(vertices, torch.from_numpy(body.bone_transforms[:, :3, 3])).numpy()
+    bones = []
+    for name in BLAZEPOSE:
+        side, _, joint = name.partition("_")
+        bones.append(f"{side.title()}{_CARRIERS[joint]}" if joint in _CARRIERS else "Head")
+    return points, np.array([avatar.bone_names.index(bone) for bone in bones])
 
 
 _KEYPOINTS = {"shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "knee": "Leg", "ankle": "Foot", "eye": "Eye"}

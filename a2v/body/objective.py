@@ -365,7 +365,8 @@ class Objective:
             first, last = e.segments[:, 0], e.segments[:, 1]
             along = (landmarks[last, 2] - landmarks[first, 2]) * scale
             square = (along - self._depth).square() / e.height**2
-            terms["depth"] = s.depth_weight * (self._depth_weights * geman_mcclure(square, 3.0 * s.depth_sigma)).sum() / s.depth_sigma**2
+            weight = s.depth_weight * (0.1 if surface_stage else 1.0)  # a surface knows better than the detector
+            terms["depth"] = weight * (self._depth_weights * geman_mcclure(square, 3.0 * s.depth_sigma)).sum() / s.depth_sigma**2
         if surface_stage:  # Eq. 18; zero at the likeliest pose
             terms["pose"] = 2.0 * s.prior_weight * (self._prior.best - self._prior.log_likelihood(unknowns.angles))
         else:

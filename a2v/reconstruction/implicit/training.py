@@ -59,6 +59,8 @@ class ReconstructionSettings(RunSettings):
         Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
     half : bool
         bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
+    initial : str
+        Folder of another run whose networks to begin with, "" for fresh ones: to go on with more views or another rate.
     """
 
     iterations: int = 10_000
@@ -68,6 +70,7 @@ class ReconstructionSettings(RunSettings):
     weight_decay: float = 1e-4
     crop: int = 512
     half: bool = True
+    initial: str = ""
 
     def __post_init__(self) -> None:
         if min(self.iterations, self.batch_size, self.points) < 1:
@@ -172,7 +175,8 @@ def train_reconstruction(
     Raises
     ------
     InputError
-        No views, an unknown stage, no trained shape, other settings than those of the checkpoint, or a training that diverges.
+        No views, an unknown stage, no trained shape, other settings than those of the checkpoint, an initial run that lacks the stage or
+        has other networks, or a training that diverges.
     """
     if stage not in STAGES:
         raise InputError(f"unknown stage '{stage}'; choose from {', '.join(STAGES)}")
@@ -187,6 +191,8 @@ def train_reconstruction(
     state = _State(model, optimizer, np.random.default_rng(settings.seed))
     run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
     content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
+    if content is None and settings.initial:
+        model.load_state_dict(_networks_like(settings.initial, stage, network))
     if content is not None:
         model.load_state_dict(content["model"])
         optimizer.load_state_dict(content["optimizer"])
@@ -241,6 +247,15 @@ def train_reconstruction(
     finally:
         save()
     return model.eval()
+
+
+def _networks_like(folder: str, stage: Stage, network: NetworkSettings) -> dict[str, Tensor]:
+    """Weights of a stage of another run, which must have the same networks."""
+    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
+    if (there := NetworkSettings(**content["network"])) != network:
+        raise InputError(f"{folder} has other networks ({there}); give the same --network settings, or begin without --initial")
+    weights: dict[str, Tensor] = content["model"]
+    return weights
 
 
 def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:

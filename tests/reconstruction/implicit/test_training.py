@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -121,3 +122,13 @@ def test_a_run_resumes_and_refuses_other_settings(studio: Path, tmp_path: Path) 
         train_reconstruction("color", studio, tmp_path / "empty", network=SMALL, settings=few)
     with pytest.raises(InputError, match="no views"):
         train_reconstruction("shape", tmp_path, tmp_path / "none", network=SMALL, settings=few)
+
+
+def test_a_run_begins_with_another_ones_networks(run: tuple[Path, dict[str, list[dict[str, float]]]], studio: Path, tmp_path: Path) -> None:
+    settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(run[0]))
+    for stage in STAGES:
+        train_reconstruction(stage, studio, tmp_path, network=SMALL, settings=settings)
+        first, second = (load_networks(folder, stage).state_dict() for folder in (run[0], tmp_path))
+        assert all(torch.allclose(first[name], second[name], atol=1e-6) for name in first)
+    with pytest.raises(InputError, match="other networks"):
+        train_reconstruction("shape", studio, tmp_path / "other", network=dataclasses.replace(SMALL, hidden=16), settings=settings)

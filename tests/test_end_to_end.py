@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -165,7 +166,8 @@ def start(out: Path, cache: Path, until: int) -> subprocess.Popen[str]:
     """Start a run of new frames, and return when `until` of them are finished."""
     before = count(cache, "frame")
     more = ["--cache", cache, "--seed", 5, "--frames", 10, "--spp", 64]
-    process = subprocess.Popen(command(out, *more), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a job in the background inherits that Ctrl-C is ignored
+    process = subprocess.Popen(command(out, *more), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listen)
     deadline = time.monotonic() + 240
     while count(cache, "frame") < before + until:
         assert process.poll() is None, process.communicate()[1]

@@ -14,6 +14,9 @@ from a2v.reconstruction.prior import clean_colors, mirrored_prior, sample_image
 from a2v.reconstruction.visibility import depth_map, vertex_normals
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
+RIM = (0.015, 0.035)
+"""Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
+
 
 @dataclass(frozen=True)
 class ColorSettings:
@@ -123,13 +126,16 @@ def color_surface(
 
     head = None if parts is None else np.isin(parts, [PARTS.index("head"), PARTS.index("neck")])
     expected = mirrored_prior(vertices, normals, colors, known, photo.clean, subject, camera, head)
+    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
     if prior is not None:
         given = np.isfinite(prior).all(axis=1)
-        expected = np.where(given[:, None], np.nan_to_num(prior), expected)
+        # around the rim the photo knows better than any network: its colour there, or next to there
+        close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[known][nearest])
+        share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
+        expected = np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), expected)
     tree = cKDTree(vertices)
     neighbors = _drop_self(np.asarray(tree.query(vertices, k=settings.neighbors + 1, workers=1)[1]), settings.neighbors)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
-    reach, _ = cKDTree(vertices[known]).query(vertices, workers=1)
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     start = np.where(known[:, None], colors, expected)
     solution = solve_colors(

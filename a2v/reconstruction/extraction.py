@@ -374,6 +374,12 @@ def snap_to_level(vertices: FloatArray, faces: IntArray, field: Field, reach: fl
     placed = np.asarray(vertices, np.float64)
     for _ in range(rounds):
         placed = placed - np.clip(_evaluate(field, placed, chunk), -reach, reach)[:, None] * vertex_normals(placed, faces)
+    return without_crossings(placed, vertices, faces)
+
+
+def without_crossings(placed: FloatArray, vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Moved vertices `placed` (V, 3), but where faces cross there the vertices (V, 3) stay where they were."""
+    placed = placed.copy()
     for _ in range(8):
         crossing = self_intersections(placed, faces)
         if not crossing.any():

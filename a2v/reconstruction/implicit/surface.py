@@ -7,16 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
+from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.prior import sample_image
-from a2v.reconstruction.visibility import person_box, silhouette_iou, vertex_normals
+from a2v.reconstruction.relief import follow_normals
+from a2v.reconstruction.visibility import person_box, silhouette_iou, vertex_normals, visible_vertices
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08
 """Clothes and hair reach at most this far beyond the body and the mask, metres."""
-RIM = 0.01
+RIM = 0.004
 """So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it is."""
 
 
@@ -34,6 +35,8 @@ class ImplicitSettings:
         Vertices to aim at, at least 25,000.
     smoothing : int
         Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks' maps show as faint lines; 0 for none.
+    relief : float
+        Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0 to leave it out.
     threads : int
         Of onnxruntime; 0 for its default.
     digest : str
@@ -44,13 +47,14 @@ class ImplicitSettings:
     resolution: int = 320
     vertices: int = 36_000
     smoothing: int = 8
+    relief: float = 0.03
     threads: int = 0
     digest: str = ""
 
     def __post_init__(self) -> None:
         self.extraction  # noqa: B018  checks resolution and vertices
-        if not 0 <= self.smoothing <= 50:
-            raise InputError(f"smoothing is {self.smoothing}; expected 0 to 50 rounds")
+        if not (0 <= self.smoothing <= 50 and self.relief >= 0):
+            raise InputError(f"smoothing={self.smoothing}, relief={self.relief}; expected 0 to 50 rounds, and no negative stiffness")
 
     @property
     def extraction(self) -> ExtractionSettings:
@@ -96,16 +100,20 @@ def implicit_surface(
     person = model.see(subject, body, camera)
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
-    level = rim_level(person, bounds)
+    levels = rim_levels(person, bounds)
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
 
     def field(points: FloatArray) -> FloatArray:
         pixels = person.frame.camera.project(points)
-        return np.maximum(person.distance(points) - level, sample_image(outline, pixels, linear=True))
+        return np.maximum(person.distance(points) - sample_image(levels, pixels, linear=True), sample_image(outline, pixels, linear=True))
 
     vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
     inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM
-    vertices = smooth_surface(vertices, faces, np.clip(inside, 0, 1), settings.smoothing)
+    inside = np.clip(inside, 0, 1)
+    smooth = smooth_surface(vertices, faces, inside, settings.smoothing)
+    if settings.relief:
+        smooth = follow_normals(smooth, faces, *expected_normals(person, smooth, faces, inside), stiffness=settings.relief)
+    vertices = without_crossings(smooth, vertices, faces)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
         vertices=vertices.astype(np.float32),
@@ -114,7 +122,7 @@ def implicit_surface(
         provenance={
             "backend": "pifu",
             "model_digest": model.digest,
-            "level": level,
+            "level": float(np.median(levels)),
             "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
         },
     )
@@ -133,16 +141,52 @@ def smooth_surface(vertices: FloatArray, faces: IntArray, share: FloatArray, rou
     return vertices + share[:, None] * (smooth - vertices)
 
 
-def rim_level(person: ImplicitPerson, bounds: FloatArray, *, count: int = 500, step: float = 0.01, largest: float = 0.02) -> float:
-    """The level of the field whose silhouette meets the mask's contour, in the median over the contour; metres, from 0 to `largest`.
+def expected_normals(person: ImplicitPerson, vertices: FloatArray, faces: IntArray, inside: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The normals (V, 3) that the networks' maps of front and back hold of each vertex, and how far to trust them (V,), 0 to 1.
 
-    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person.
+    Where a vertex is seen from neither side its own normal stands, trusted not at all; `inside` (V,) is 0 at the mask's contour.
     """
+    own = vertex_normals(vertices, faces)
+    maps = person.maps["maps"][0]
+    pixels = person.frame.camera.project(vertices) * (maps.shape[-1] / person.frame.size)
+    normals, trust = own.copy(), np.zeros(len(vertices))
+    for side, channels in ((1.0, slice(0, 3)), (-1.0, slice(3, 6))):
+        seen = visible_vertices(vertices * np.array([side, 1.0, side]), faces)
+        told = sample_image(np.ascontiguousarray(maps[channels].transpose(1, 2, 0)), pixels[seen], linear=True)
+        length = np.linalg.norm(told, axis=1)
+        told = told / np.maximum(length, 1e-6)[:, None]
+        agreement = (told * own[seen]).sum(axis=1)
+        normals[seen] = told
+        trust[seen] = inside[seen] * np.clip((agreement - 0.5) / 0.3, 0, 1) * (length > 0.3)
+    normals[trust == 0] = own[trust == 0]
+    return normals, trust
+
+
+def rim_levels(
+    person: ImplicitPerson, bounds: FloatArray, *, count: int = 1500, step: float = 0.01, largest: float = 0.02, reach: float = 0.03
+) -> FloatArray:
+    """The level of the field at which its silhouette meets the mask's contour, metres from 0 to `largest`, by pixel of the frame (H, W).
+
+    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person. Near the contour
+    (`reach`) the level is what is missing there, smoothed along the contour; elsewhere it is the median.
+    """
+    from scipy.ndimage import distance_transform_edt, gaussian_filter1d
     from skimage.measure import find_contours
 
-    contour = np.concatenate(find_contours(np.pad(person.frame.mask, 1), 0.5))[:, ::-1] - 0.5
-    chosen = contour[np.linspace(0, len(contour) - 1, count).astype(int)]
+    loops = [loop[:, ::-1] - 0.5 for loop in find_contours(np.pad(person.frame.mask, 1), 0.5)]
+    every = max(1, sum(len(loop) for loop in loops) // count)
+    loops = [loop[::every] for loop in loops]
     depths = np.arange(bounds[0, 2], bounds[1, 2], step)
-    points = person.frame.camera.unproject(np.repeat(chosen, len(depths), axis=0), np.tile(depths, count))
-    nearest = person.distance(points.astype(np.float32)).reshape(count, -1).min(axis=1)
-    return float(np.clip(np.median(nearest), 0, largest))
+    chosen = np.concatenate(loops)
+    points = person.frame.camera.unproject(np.repeat(chosen, len(depths), axis=0), np.tile(depths, len(chosen)))
+    missing = np.clip(person.distance(points.astype(np.float32)).reshape(len(chosen), -1).min(axis=1), -largest, largest)
+    everywhere = float(np.median(missing))
+    smooth = [gaussian_filter1d(part, 2.0, mode="wrap") for part in np.split(missing, np.cumsum([len(loop) for loop in loops])[:-1])]
+    height, width = person.frame.mask.shape
+    columns, rows = (np.clip(chosen[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height)))
+    rim = np.full((height, width), np.nan, np.float32)
+    rim[rows, columns] = np.concatenate(smooth)
+    away, (row, column) = distance_transform_edt(np.isnan(rim), return_indices=True)
+    share = np.exp(-((away / person.frame.camera.scale / reach) ** 2))
+    levels: FloatArray = (everywhere + share * (rim[row, column] - everywhere)).astype(np.float32)
+    return levels

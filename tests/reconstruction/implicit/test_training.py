@@ -128,7 +128,7 @@ def test_a_run_begins_with_another_ones_networks(run: tuple[Path, dict[str, list
     settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(run[0]))
     for stage in STAGES:
         train_reconstruction(stage, studio, tmp_path, network=SMALL, settings=settings)
-        first, second = (load_networks(folder, stage).state_dict() for folder in (run[0], tmp_path))
+        first, second = (dict(load_networks(folder, stage).named_parameters()) for folder in (run[0], tmp_path))
         assert all(torch.allclose(first[name], second[name], atol=1e-6) for name in first)
     with pytest.raises(InputError, match="other networks"):
         train_reconstruction("shape", studio, tmp_path / "other", network=dataclasses.replace(SMALL, hidden=16), settings=settings)

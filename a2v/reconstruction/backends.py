@@ -70,7 +70,7 @@ def _backend(settings: SurfaceSettings | ImplicitSettings) -> Backend:
 
 SETTINGS: Mapping[str, SurfaceSettings | ImplicitSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
 """Default settings of each backend; their type says which backend is meant."""
-DEFAULT_BACKEND = "body-prior"
+DEFAULT_BACKEND = "pifu"
 BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings in SETTINGS.items()}
 """Backends by name, with default settings."""
 

@@ -16,11 +16,11 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
+from a2v.evaluation.reconstruction import open_studio
 from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
 from a2v.perception.detector import Detector
 from a2v.perception.landmarks import LANDMARKS
-from a2v.reconstruction.synthetic.generate import Studio, StudioSettings
-from a2v.reconstruction.synthetic.guide import GuideErrors
+from a2v.reconstruction.synthetic.generate import Studio
 from a2v.reconstruction.synthetic.view import View, list_views
 
 OTHER_SIDE = np.array([LANDMARKS.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in LANDMARKS])
@@ -90,8 +90,7 @@ def main() -> None:
     parser.add_argument("--out", required=True)
     parser.add_argument("--strength", type=float, default=30.0, help="of the ridge")
     options = parser.parse_args()
-    exact = GuideErrors(**{field.name: 0.0 for field in dataclasses.fields(GuideErrors)})
-    studio = Studio.open(options.studio, options.data, StudioSettings(guide=exact))
+    studio = open_studio(options.studio, options.data)
     training, validation = (collect(studio, Path(options.studio), split) for split in ("training", "validation"))
     correction = fit(training, options.strength)
     report("detector", np.array([-sample.missing for sample in validation]))

@@ -13,6 +13,7 @@ from a2v.body.model import AnnyModel, BodyState
 from a2v.body.pose_space import PoseSpace, pose_space
 from a2v.body.prior import load_pose_prior
 from a2v.body.silhouette import MaskField, rasterize, rim_vertices
+from a2v.kinematics import best_scale
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 if TYPE_CHECKING:
@@ -205,9 +206,7 @@ class Evidence:
         if known.sum() >= 8:
             weight = np.where(known, confidence, 0.0)
             flat = np.where(known[:, None], points[:, :2] * [1.0, -1.0], 0.0)
-            a = flat - np.average(flat, axis=0, weights=weight)
-            b = pixels - np.average(pixels, axis=0, weights=weight)
-            scale = float((weight[:, None] * a * b).sum() / max((weight[:, None] * a * a).sum(), 1e-9))
+            scale = best_scale(flat, pixels, weight)
         usable = scale > 1.0
         segments = np.array([[names[first], names[last]] for first, last in _SEGMENTS])
         difference = points[segments[:, 1], 2] - points[segments[:, 0], 2]

@@ -13,7 +13,7 @@ from a2v.kinematics.so3 import (
     slerp,
     swing_between,
 )
-from a2v.kinematics.transforms import bone_lengths, bone_vectors, forward_kinematics, inverse_kinematics
+from a2v.kinematics.transforms import best_scale, bone_lengths, bone_vectors, forward_kinematics, inverse_kinematics
 
 __all__ = [
     "CMU",
@@ -21,6 +21,7 @@ __all__ = [
     "NTU_VIBE",
     "SKELETONS",
     "Skeleton",
+    "best_scale",
     "bone_lengths",
     "bone_vectors",
     "forward_kinematics",

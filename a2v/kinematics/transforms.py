@@ -22,6 +22,13 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
     return lengths
 
 
+def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> float:
+    """The factor s of the weighted least squares ``targets ~ s * points + t``: points and targets (N, D), weights (N,) not all 0."""
+    first = points - np.average(points, axis=0, weights=weights)
+    second = targets - np.average(targets, axis=0, weights=weights)
+    return float((weights[:, None] * first * second).sum() / max((weights[:, None] * first * first).sum(), 1e-9))
+
+
 def compose(first: Array, second: Array) -> Array:
     """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times faster than matmul."""
     product: Array = sum(first[..., :, k, None] * second[..., k, None, :] for k in range(3))

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from a2v.kinematics import best_scale
 from a2v.perception.landmarks import INDEX
 from a2v.types import FloatArray, Record
 
@@ -63,11 +64,8 @@ def picture_plane(keypoints: FloatArray, keypoints_3d: FloatArray) -> tuple[Floa
     keypoints_3d : (33, 3)
         Metres, y up.
     """
-    weight = keypoints[:, 2].astype(np.float64) + 1e-6
-    flat = keypoints_3d[:, :2].astype(np.float64)
     pixels = keypoints[:, :2] * np.array([1.0, -1.0])
-    first, second = flat - np.average(flat, axis=0, weights=weight), pixels - np.average(pixels, axis=0, weights=weight)
-    scale = float((weight[:, None] * first * second).sum() / max((weight[:, None] * first * first).sum(), 1e-9))
+    scale = best_scale(keypoints_3d[:, :2].astype(np.float64), pixels, keypoints[:, 2].astype(np.float64) + 1e-6)
     hips = pixels[HIPS].mean(axis=0)
     return (pixels - hips) / max(scale, 1e-6), scale
 

@@ -12,6 +12,7 @@ from a2v.errors import InputError
 from a2v.kinematics import (
     SKELETONS,
     Skeleton,
+    best_scale,
     bone_lengths,
     forward_kinematics,
     inverse_kinematics,
@@ -113,3 +114,10 @@ def test_broken_trees_are_refused():
         Skeleton("x", ("a", "b"), ((0, 1), (0, 1)), np.zeros((2, 3)))
     with pytest.raises(InputError, match="no chain reaches"):
         Skeleton("x", ("a", "b", "c"), ((0, 1),), np.zeros((3, 3)))
+
+
+def test_best_scale_ignores_what_has_no_weight() -> None:
+    points = np.random.default_rng(0).normal(size=(9, 2))
+    targets, weights = 3.5 * points + [4.0, -1.0], np.ones(9)
+    targets[0], weights[0] = 99.0, 0.0
+    assert best_scale(points, targets, weights) == pytest.approx(3.5)

@@ -165,9 +165,9 @@ def expected_normals(person: ImplicitPerson, vertices: FloatArray, faces: IntArr
 def rim_levels(
     person: ImplicitPerson, bounds: FloatArray, *, count: int = 1500, step: float = 0.01, largest: float = 0.02, reach: float = 0.03
 ) -> FloatArray:
-    """The level of the field at which its silhouette meets the mask's contour, metres from 0 to `largest`, by pixel of the frame (H, W).
+    """The level of the field at which its silhouette meets the mask's contour, metres, at most `largest` off 0, by pixel of the frame (H, W).
 
-    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person. Near the contour
+    A network that is unsure of the depth is unsure of the rim: its zero level lies some millimetres within the person, or beyond. Near the contour
     (`reach`) the level is what is missing there, smoothed along the contour; elsewhere it is the median.
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter1d

@@ -109,10 +109,16 @@ def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
     InputError
         The stage was not trained there.
     """
-    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
-    network = make_networks(stage, NetworkSettings(**content["network"]))
-    network.load_state_dict(content["model"])
+    settings, weights = _read_networks(folder, stage)
+    network = make_networks(stage, settings)
+    network.load_state_dict(weights)
     return network.eval()
+
+
+def _read_networks(folder: str | os.PathLike[str], stage: Stage) -> tuple[NetworkSettings, dict[str, Tensor]]:
+    """Sizes and weights of a stage's networks in a run's folder."""
+    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
+    return NetworkSettings(**content["network"]), content["model"]
 
 
 def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
@@ -192,7 +198,10 @@ def train_reconstruction(
     run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
     content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
     if content is None and settings.initial:
-        model.load_state_dict(_networks_like(settings.initial, stage, network))
+        found, weights = _read_networks(settings.initial, stage)
+        if found != network:
+            raise InputError(f"{settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
+        model.load_state_dict(weights)
     if content is not None:
         model.load_state_dict(content["model"])
         optimizer.load_state_dict(content["optimizer"])
@@ -247,15 +256,6 @@ def train_reconstruction(
     finally:
         save()
     return model.eval()
-
-
-def _networks_like(folder: str, stage: Stage, network: NetworkSettings) -> dict[str, Tensor]:
-    """Weights of a stage of another run, which must have the same networks."""
-    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
-    if (there := NetworkSettings(**content["network"])) != network:
-        raise InputError(f"{folder} has other networks ({there}); give the same --network settings, or begin without --initial")
-    weights: dict[str, Tensor] = content["model"]
-    return weights
 
 
 def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:

@@ -6,7 +6,8 @@ import dataclasses
 import math
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from a2v.io import atomic_path, write_csv
 if TYPE_CHECKING:
     import torch
 
-FREE_TO_CHANGE = frozenset({"compile", "threads", "device", "checkpoint_seconds", "log_every"})
+FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every", "quick_products"})
 """Settings that do not change what is learned, so that a run may be resumed with others."""
 
 
@@ -36,6 +37,9 @@ class RunSettings:
         Time between checkpoints.
     log_every : int
         Iterations between lines of the log.
+    quick_products : bool
+        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On a CPU with AMX it
+        rounds factors to bfloat16.
     """
 
     seed: int = 0
@@ -43,6 +47,7 @@ class RunSettings:
     device: str = "auto"
     checkpoint_seconds: float = 180.0
     log_every: int = 50
+    quick_products: bool = True
 
     def claim(self) -> torch.device:
         """Set torch's threads, and return the device to train on."""
@@ -51,6 +56,20 @@ class RunSettings:
         if self.threads:
             torch.set_num_threads(self.threads)
         return choose_device(self.device)
+
+    @contextmanager
+    def products(self) -> Iterator[None]:
+        """A training loop's matrix products as `quick_products` says; afterwards they are what they were."""
+        import torch
+
+        matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]  # torch's stubs lack it
+        before = matmul.fp32_precision
+        if self.quick_products:
+            matmul.fp32_precision = "bf16"
+        try:
+            yield
+        finally:
+            matmul.fp32_precision = before
 
 
 def choose_device(name: str) -> torch.device:

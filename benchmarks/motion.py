@@ -1,6 +1,6 @@
 """Motion models: training beside a plain loop over frames, sampling beside the matrix products' own rate and a plain PyTorch loop.
 
-    python benchmarks/motion.py [--threads 2] [--repeats 5] [--compile] [--decoder glmi-m] [--out out/motion_speed.json]
+    python benchmarks/motion.py [--threads 2] [--repeats 5] [--decoder glmi-m] [--out out/motion_speed.json]
 
 The plain loops are what one writes first, and what the published trainer and sampler do: for every frame posterior, prior, generator
 and forward kinematics chain by chain and joint by joint. They share the weights of our model, and their results are compared with
@@ -234,15 +234,18 @@ def training(options: argparse.Namespace) -> dict[str, Any]:
         torch.optim.Adam({id(p): p for part in group for p in part.parameters()}.values(), lr=2e-4, weight_decay=1e-5) for group in groups
     ]
     sampler = ClipSampler(dataset, FRAMES)
+
+    def ours(**changes: Any) -> None:
+        chosen = dataclasses.replace(settings, **changes)
+        with chosen.products():
+            train_step(state, sampler, chosen, kl_end=0.01)
+
     works: dict[str, Callable[[], object]] = {
         "plain loop": lambda: plain_train_step(plain, optimizers, batch, False),
-        "ours, p_tf 0.6": lambda: train_step(state, sampler, settings, kl_end=0.01),
-        "ours, all teacher-forced": lambda: train_step(state, sampler, dataclasses.replace(settings, teacher_forcing=1.0), kl_end=0.01),
+        "ours, p_tf 0.6": ours,
+        "ours, p_tf 0.6, products by MKL": lambda: ours(quick_products=False),
+        "ours, all teacher-forced": lambda: ours(teacher_forcing=1.0),
     }
-    if options.compile:
-        compiled = start(dataset, vae, settings)
-        compiled.step = torch.compile(compiled.model.decode_step, dynamic=True)
-        works["ours, p_tf 0.6, compiled"] = lambda: train_step(compiled, sampler, settings, kl_end=0.01)
     return {"seconds": in_turns(works, options.repeats, options.clock), "largest_difference": difference}
 
 
@@ -447,7 +450,6 @@ def main() -> int:
         "--clock", choices=list(CLOCKS), default="wall", help="cpu counts this process alone: with --threads 1, for a machine that is busy"
     )
     parser.add_argument("--decoder", choices=DECODERS, default="glmi-m", help="of the papers' model")
-    parser.add_argument("--compile", action="store_true", help="measure compiled training too (compiling takes a minute)")
     parser.add_argument("--only", choices=["training", "sampling", "first_sample"], default=None)
     parser.add_argument("--out", type=Path, default=None, help="also write every time as .json")
     options = parser.parse_args()

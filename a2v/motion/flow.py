@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -266,7 +267,8 @@ def train_flow(
     refresh = max(1, settings.pool // 16)
     codes = labels = active = context = torch.empty(0)
     losses: list[float] = []
-    try:
+    with settings.products(), ExitStack() as at_the_end:
+        at_the_end.callback(save)
         while iteration < settings.iterations:
             if iteration % refresh == 0 or not len(codes):
                 drawn_at = iteration - iteration % refresh  # so that a resumed run sees the pool it would have seen
@@ -304,8 +306,6 @@ def train_flow(
                     on_log(FlowModel(averaged, codec), log[-1])
             if run.due:
                 save()
-    finally:
-        save()
     return FlowModel(averaged.eval(), codec)
 
 

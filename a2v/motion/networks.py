@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -11,6 +10,8 @@ from torch import Tensor, nn
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, forward_kinematics
+from a2v.kinematics.gradient import local_kinematics
+from a2v.motion.recurrence import RollOut, with_feedback
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
@@ -153,10 +154,13 @@ class PoseDecoder(nn.Module):
         # tanh keeps each component within half a turn; the norm is limited by it as the paper asks
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
         rotations = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec], -1).reshape(batch, frames, n, 3)
+        if torch.is_grad_enabled() and not lengths.requires_grad:
+            every = lengths.repeat_interleave(frames, 0)
+            local = local_kinematics(rotations.flatten(0, 1), every, self.skeleton).view(batch, frames, n, 3)
+        else:
+            local = forward_kinematics(rotations, torch.zeros_like(rotvec[..., :3]), lengths[:, None], self.skeleton)
         if not self.follows_trajectory:
-            root = outputs[..., bones:]
-            return Pose(forward_kinematics(rotations, root, lengths[:, None], self.skeleton), rotations, None, None)
-        local = forward_kinematics(rotations, torch.zeros_like(rotvec[..., :3]), lengths[:, None], self.skeleton)
+            return Pose(local + outputs[:, :, None, bones:], rotations, None, None)
         previous_root = previous[:, :, 0]
         inputs = torch.cat([local.flatten(2), (previous - previous_root[:, :, None]).flatten(2), outputs[..., bones:]], -1)
         if self.velocity_gru is not None:
@@ -166,11 +170,8 @@ class PoseDecoder(nn.Module):
         return Pose(local + (previous_root + velocity)[:, :, None], rotations, velocity, state)
 
 
-DecodeStep = Callable[[Tensor, Tensor, Tensor, list[Tensor]], tuple[Tensor, Tensor | None, list[Tensor]]]
-
-
 def gru_step(gru: nn.GRU, layer: int, inputs: Tensor, state: Tensor) -> Tensor:
-    """New state (B, H) of one layer for inputs (B, D), written out: it compiles, and exports to a handful of nodes; nn.GRU does neither."""
+    """New state (B, H) of one layer for inputs (B, D), written out: it exports to a handful of nodes, which nn.GRU does not."""
     gates_in = nn.functional.linear(inputs, getattr(gru, f"weight_ih_l{layer}"), getattr(gru, f"bias_ih_l{layer}"))
     gates_state = nn.functional.linear(state, getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
     size = gru.hidden_size
@@ -255,77 +256,14 @@ class MotionVAE(nn.Module):
         pose = self.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
         return pose, States(prior_state, generator_state, states.trajectory if pose.state is None else pose.state)
 
-    def decode_forced(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
-        """Poses of sequences whose previous poses (B, T, J, 3) are known beforehand: one parallel pass, no loop over frames."""
+    def decode(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
+        """Poses of sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no loop over frames."""
         outputs, _ = self.generator(torch.cat([previous.flatten(2), condition, latent], -1))
         pose: Pose = self.pose_decoder(outputs, previous, lengths)
         return pose
 
-    def decode_step(
-        self, previous: Tensor, encoded: Tensor, lengths: Tensor, states: list[Tensor]
-    ) -> tuple[Tensor, Tensor | None, list[Tensor]]:
-        """One frame of a sequence that is fed its own poses.
-
-        Parameters
-        ----------
-        previous : (B, J, 3)
-        encoded : (B, H)
-            What the generator's encoder makes of the inputs that are known beforehand (action, time counter, latent).
-        lengths : (B, J)
-        states : list of (B, H)
-            States of the generator's two layers and of GLMI-R's GRU.
-
-        Returns
-        -------
-        joints (B, J, 3), root velocity (B, 3) or None, states
-        """
-        weights = self.generator.encoder.weight[:, : 3 * self.skeleton.n_joints]
-        hidden = encoded + nn.functional.linear(previous.flatten(1), weights)
-        first = gru_step(self.generator.gru, 0, hidden, states[0])
-        second = gru_step(self.generator.gru, 1, first, states[1])
-        outputs = self.generator.decoder(second)[:, None]
-        pose = self.pose_decoder(outputs, previous[:, None], lengths, states[2][None])
-        trajectory = states[2] if pose.state is None else pose.state[0]
-        return pose.joints[:, 0], None if pose.velocity is None else pose.velocity[:, 0], [first, second, trajectory]
-
-    def decode_own(self, condition: Tensor, latent: Tensor, lengths: Tensor, step: DecodeStep | None = None) -> Pose:
-        """Poses of sequences that are fed back what they generate; gradients flow through the feedback.
-
-        Parameters
-        ----------
-        condition : (B, T, A + 1)
-            Action and time counter.
-        latent : (B, T, Z)
-        lengths : (B, J)
-        step : callable
-            `decode_step`, or a compiled version of it.
-        """
-        step = step or self.decode_step
-        pose_size = 3 * self.skeleton.n_joints
-        encoder = self.generator.encoder
-        encoded = nn.functional.linear(torch.cat([condition, latent], -1), encoder.weight[:, pose_size:], encoder.bias)
-        batch, frames = latent.shape[:2]
-        previous = latent.new_zeros(batch, self.skeleton.n_joints, 3)
-        states = [latent.new_zeros(batch, self.settings.hidden_size) for _ in range(3)]
-        poses, velocities = [], []
-        for t in range(frames):
-            previous, velocity, states = step(previous, encoded[:, t], lengths, states)
-            poses.append(previous)
-            if velocity is not None:
-                velocities.append(velocity)
-        return Pose(torch.stack(poses, 1), None, torch.stack(velocities, 1) if velocities else None, None)
-
-    def reconstruct(
-        self,
-        joints: Tensor,
-        actions: Tensor,
-        lengths: Tensor,
-        noise: Tensor,
-        teacher: Tensor | None = None,
-        *,
-        step: DecodeStep | None = None,
-    ) -> Reconstruction:
-        """One training pass. Only sequences without teacher forcing need a loop over frames.
+    def reconstruct(self, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor, teacher: Tensor | None = None) -> Reconstruction:
+        """One training pass. Only sequences without teacher forcing need loops over frames (`a2v.motion.recurrence`).
 
         Parameters
         ----------
@@ -337,32 +275,25 @@ class MotionVAE(nn.Module):
         noise : (B, T, Z)
             Draws of the reparameterisation trick.
         teacher : (B,) bool
-            Which sequences are given the real previous poses p_{t-1}; the others are given the model's own. None: all.
-        step : callable
-            `decode_step`, or a compiled version of it.
+            Which sequences are given the real previous poses p_{t-1}; the others are given the model's own, and
+            gradients flow through them. None: all.
         """
         condition = self.condition(actions, joints.shape[1])
         posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
         latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
-        forced = torch.arange(len(joints), device=joints.device) if teacher is None else torch.nonzero(teacher).squeeze(1)
-        own = forced[:0] if teacher is None else torch.nonzero(~teacher).squeeze(1)
+        own = torch.empty(0) if teacher is None else torch.nonzero(~teacher).squeeze(1)
         given = shifted(joints)
-        parts: list[Pose] = []
-        if len(forced):
-            parts.append(self.decode_forced(given[forced], condition[forced], latent[forced], lengths[forced]))
-        if len(own):
-            rolled = self.decode_own(condition[own], latent[own], lengths[own], step)
-            given = given.index_copy(0, own, shifted(rolled.joints))
-            parts.append(rolled)
-        order = torch.argsort(torch.cat([forced, own]))
-        pose = Pose(
-            torch.cat([part.joints for part in parts])[order],
-            None,
-            torch.cat([part.velocity for part in parts if part.velocity is not None])[order]
-            if self.pose_decoder.follows_trajectory
-            else None,
-            None,
-        )
+        if not len(own):
+            pose = self.decode(given, condition, latent, lengths)
+        else:
+            rolled = RollOut(self, condition[own], latent[own].detach(), lengths[own])
+            pose = self.decode(given.index_copy(0, own, shifted(rolled.joints)), condition, latent, lengths)
+            fed, velocity = with_feedback(pose.joints[own], None if pose.velocity is None else pose.velocity[own], rolled)
+            pose = pose._replace(
+                joints=pose.joints.index_copy(0, own, fed),
+                velocity=None if velocity is None or pose.velocity is None else pose.velocity.index_copy(0, own, velocity),
+            )
+            given = given.index_copy(0, own, shifted(fed))
         prior_mean, prior_logvar, _ = self.prior(torch.cat([given.flatten(2), condition], -1))
         return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar)
 

@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -222,7 +223,8 @@ def train_reconstruction(
         )
 
     recent: list[dict[str, float]] = []
-    try:
+    with settings.products(), ExitStack() as at_the_end:
+        at_the_end.callback(save)
         files, reader = list_views(views, "training"), ViewReader()
         while state.iteration < settings.iterations:
             if state.iteration % 200 == 0:
@@ -253,8 +255,6 @@ def train_reconstruction(
                     on_log(row)
             if run.due:
                 save()
-    finally:
-        save()
     return model.eval()
 
 

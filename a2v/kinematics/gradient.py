@@ -1,0 +1,228 @@
+"""Forward kinematics of many poses at once with its gradient written out (torch), for training.
+
+Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: turning the bone before joint j by
+a small angle about an axis moves every later bone b of its chain by axis x b, so the derivative by that angle is the
+sum of b x (gradient by b), the torque.
+
+Arrays are (bones, 3, N) here, the poses last: every operation runs along N numbers in a row. Bones stand in the order
+of `ChainPlan.joints`: by their place in their chain, longer chains first, so that the bones of one place are a slice,
+and those before them the beginning of the slice before.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import torch
+from torch import Tensor
+
+from a2v.kinematics.skeleton import Skeleton
+
+
+class ChainPlan(NamedTuple):
+    """A skeleton's chains (Eq. 6) as arrays.
+
+    Attributes
+    ----------
+    joints : (n,) int64
+        The joint at which each of the n = J - 1 bones ends.
+    levels : tuple of slice
+        Bones by their place in their chain.
+    rest : (n, 3)
+        Rest directions.
+    path : (J, n)
+        1 where a bone is on the way from the root to a joint.
+    along : (n, n)
+        1 where a bone (column) is another one (row) or comes after it in its chain.
+    """
+
+    joints: Tensor
+    levels: tuple[slice, ...]
+    rest: Tensor
+    path: Tensor
+    along: Tensor
+
+    @classmethod
+    def of(cls, skeleton: Skeleton, like: Tensor) -> ChainPlan:
+        """The plan in `like`'s dtype and on its device."""
+        return _plan(_Key(skeleton), like.dtype, like.device)
+
+
+class _Key:
+    """A skeleton as a key of a cache: by identity, for its arrays have no hash."""
+
+    def __init__(self, skeleton: Skeleton) -> None:
+        self.skeleton = skeleton
+
+    def __hash__(self) -> int:
+        return id(self.skeleton)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and other.skeleton is self.skeleton
+
+
+@lru_cache(maxsize=16)
+def _plan(key: _Key, dtype: torch.dtype, device: torch.device) -> ChainPlan:
+    skeleton = key.skeleton
+    chains = sorted((chain[1:] for chain in skeleton.chains), key=len, reverse=True)
+    joints: list[int] = []
+    levels = []
+    for place in range(len(chains[0])):
+        here = [chain[place] for chain in chains if len(chain) > place]
+        levels.append(slice(len(joints), len(joints) + len(here)))
+        joints += here
+    chain_of = {joint: (number, place) for number, chain in enumerate(chains) for place, joint in enumerate(chain)}
+    along = [[float(chain_of[a][0] == chain_of[b][0] and chain_of[b][1] >= chain_of[a][1]) for b in joints] for a in joints]
+    return ChainPlan(
+        torch.tensor(joints, device=device),
+        tuple(levels),
+        torch.as_tensor(skeleton.rest_directions[joints], dtype=dtype, device=device),
+        torch.as_tensor(skeleton.path_matrix[:, joints], dtype=dtype, device=device),
+        torch.tensor(along, dtype=dtype, device=device),
+    )
+
+
+class Turns(NamedTuple):
+    """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2, each (..., N)."""
+
+    rotvec: Tensor
+    square: Tensor
+    sinc: Tensor
+    cosc: Tensor
+
+    @classmethod
+    def of(cls, rotvec: Tensor) -> Turns:
+        """Coefficients of rotation vectors (..., 3, N), radians."""
+        square = (rotvec * rotvec).sum(-2)
+        angle = square.clamp_min(1e-24).sqrt()
+        half = torch.sin(0.5 * angle) / angle
+        return cls(rotvec, square, torch.sin(angle) / angle, 2 * half * half)
+
+    def matrices(self, linear: Tensor, quadratic: Tensor) -> Tensor:
+        """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
+        x, y, z = self.rotvec.unbind(-2)
+        result = (quadratic[..., None, :] * self.rotvec)[..., :, None, :] * self.rotvec[..., None, :, :]
+        diagonal = 1 - quadratic * self.square
+        for k in range(3):
+            result[..., k, k, :] += diagonal
+        for (i, j), part in zip(((2, 1), (0, 2), (1, 0)), (x, y, z), strict=True):
+            turn = linear * part
+            result[..., i, j, :] += turn
+            result[..., j, i, :] -= turn
+        return result
+
+    def rotmats(self) -> Tensor:
+        """Rotation matrices (..., 3, 3, N) (Eq. 4)."""
+        return self.matrices(self.sinc, self.cosc)
+
+    def right_jacobians(self) -> Tensor:
+        """J with exp(rotvec + d) = exp(rotvec) exp(J d) for small d: (..., 3, 3, N)."""
+        s = self.square
+        series = 1 / 6 - s / 120 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110)))
+        return self.matrices(-self.cosc, torch.where(s < 0.25, series, (1 - self.sinc) / s.clamp_min(0.25)))
+
+
+def _compose(first: Tensor, second: Tensor) -> Tensor:
+    """Products of matrices (..., 3, 3, N)."""
+    result = first[..., :, 0, None, :] * second[..., None, 0, :, :]
+    for k in (1, 2):
+        result.addcmul_(first[..., :, k, None, :], second[..., None, k, :, :])
+    return result
+
+
+def chain_frames(turns: Turns, plan: ChainPlan) -> Tensor:
+    """Orientations (n, 3, 3, N) of bones whose turns are relative to the bone before (n, 3, N)."""
+    frames = turns.rotmats()
+    for before, here in zip(plan.levels, plan.levels[1:], strict=False):
+        count = here.stop - here.start
+        frames[here] = _compose(frames[before.start : before.start + count], frames[here])
+    return frames
+
+
+def bone_ends(frames: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
+    """Bone vectors (n, 3, N) of orientations (n, 3, 3, N) and lengths (n, N)."""
+    return (frames * plan.rest[:, None, :, None]).sum(2) * lengths[:, None]
+
+
+def joint_positions(bones: Tensor, plan: ChainPlan) -> Tensor:
+    """Joints (J, 3, N), the root at the origin, of bone vectors (n, 3, N)."""
+    return (plan.path @ bones.flatten(1)).view(-1, *bones.shape[1:])
+
+
+def bone_gradients(joints: Tensor, plan: ChainPlan) -> Tensor:
+    """Gradient (n, 3, N) by the bone vectors, of the gradient (J, 3, N) by the joints."""
+    return (plan.path.T @ joints.flatten(1)).view(-1, *joints.shape[1:])
+
+
+def cross_matrices(bones: Tensor) -> Tensor:
+    """hat(bones): (..., 3, 3, N) of (..., 3, N)."""
+    result = bones.new_zeros(*bones.shape[:-2], 3, 3, bones.shape[-1])
+    for (i, j), part in zip(((2, 1), (0, 2), (1, 0)), bones.unbind(-2), strict=True):
+        result[..., i, j, :] = part
+        result[..., j, i, :] = -part
+    return result
+
+
+def turn_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan) -> Tensor:
+    """Gradient (n, 3, N) by the rotation vectors.
+
+    Parameters
+    ----------
+    bones : (n, 3, N)
+        Gradient by the bone vectors.
+    crosses : (n, 3, 3, N)
+        `cross_matrices` of the bone vectors.
+    axes : (n, 3, 3, N)
+        `turn_axes`: column c is the axis about which component c of a rotation vector turns its bone.
+    plan : ChainPlan
+    """
+    torques = (crosses * bones[:, None]).sum(2)
+    torques = (plan.along @ torques.flatten(1)).view_as(torques)
+    return (axes * torques[:, :, None]).sum(1)
+
+
+def turn_axes(turns: Turns, frames: Tensor) -> Tensor:
+    """Axes (n, 3, 3, N) about which the components of the rotation vectors turn their bones."""
+    return _compose(frames, turns.right_jacobians())
+
+
+class _Kinematics(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, rotvec: Tensor, lengths: Tensor, skeleton: Skeleton) -> Tensor:
+        plan = ChainPlan.of(skeleton, rotvec)
+        turns = Turns.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
+        frames = chain_frames(turns, plan)
+        bones = bone_ends(frames, lengths.T[plan.joints], plan)
+        ctx.save_for_backward(*turns, frames, bones)
+        ctx.plan = plan
+        return joint_positions(bones, plan).permute(2, 0, 1).contiguous()
+
+    @staticmethod
+    def backward(ctx: Any, joints: Tensor) -> tuple[Tensor, None, None]:
+        *parts, frames, bones = ctx.saved_tensors
+        plan: ChainPlan = ctx.plan
+        pulled = bone_gradients(joints.permute(1, 2, 0).contiguous(), plan)
+        inner = turn_gradients(pulled, cross_matrices(bones), turn_axes(Turns(*parts), frames), plan)
+        result = joints.new_zeros(len(plan.path), 3, joints.shape[0])
+        result[plan.joints] = inner
+        return result.permute(2, 0, 1), None, None
+
+
+def local_kinematics(rotations: Tensor, lengths: Tensor, skeleton: Skeleton) -> Tensor:
+    """`forward_kinematics` with the root at the origin, differentiable by the rotations alone, and only once.
+
+    Parameters
+    ----------
+    rotations : (N, J, 3)
+        Rotation vectors; entry 0 is not used.
+    lengths : (N, J)
+    skeleton : Skeleton
+
+    Returns
+    -------
+    (N, J, 3)
+        Positions relative to the root.
+    """
+    result: Tensor = _Kinematics.apply(rotations, lengths, skeleton)  # type: ignore[no-untyped-call]
+    return result

@@ -1,0 +1,31 @@
+"""Forward kinematics with its gradient written out, against autograd through the plain one."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+
+from a2v.kinematics import SKELETONS, forward_kinematics
+from a2v.kinematics.gradient import local_kinematics
+
+
+@pytest.mark.parametrize("name", sorted(SKELETONS))
+@pytest.mark.parametrize(("dtype", "tolerance"), [(torch.float64, 1e-12), (torch.float32, 2e-5)])
+def test_values_and_gradients_are_autograds(name: str, dtype: torch.dtype, tolerance: float) -> None:
+    skeleton = SKELETONS[name]
+    generator = torch.Generator().manual_seed(0)
+    rotations = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)
+    # no turn at all, hardly any, where the series begins, and more than half a turn
+    rotations[0], rotations[1], rotations[2], rotations[3] = 0, rotations[1] * 1e-7, rotations[2] * 0.25, rotations[3] * 3
+    rotations.requires_grad_()
+    lengths = torch.rand(7, skeleton.n_joints, dtype=dtype, generator=generator)
+    weights = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)
+    joints = local_kinematics(rotations, lengths, skeleton)
+    expected = forward_kinematics(rotations, rotations.new_zeros(7, 3), lengths, skeleton)
+    assert (joints - expected).abs().max().item() < tolerance
+    (ours,) = torch.autograd.grad((weights * joints).sum(), rotations)
+    (theirs,) = torch.autograd.grad((weights * expected).sum(), rotations)
+    assert theirs.abs().max().item() > 0.5
+    # entry 0 is not used
+    assert (ours - theirs)[:, 1:].abs().max().item() < 20 * tolerance
+    assert ours[:, 0].abs().max().item() == 0

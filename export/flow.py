@@ -21,7 +21,7 @@ from a2v.datasets import ActionDataset
 from a2v.kinematics import inverse_kinematics
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
-from export.motion import OPSET, describe_data, save_model
+from export.motion import OPSET, demand_temperature, describe_data, save_model
 
 FORMAT = "a2v-flow/1"
 STEPS = 12
@@ -44,10 +44,11 @@ class WindowGraph(nn.Module):
     fade: Tensor
     path: Tensor
 
-    def __init__(self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float) -> None:
+    def __init__(self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float, temperature: float) -> None:
         super().__init__()
         codec = model.codec
-        self.network, self.skeleton, self.steps, self.guidance = model.network, dataset.skeleton, steps, guidance
+        self.network, self.skeleton, self.steps = model.network, dataset.skeleton, steps
+        self.guidance, self.temperature = guidance, temperature
         self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, dataset.frame.metres_per_unit
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
@@ -83,7 +84,7 @@ class WindowGraph(nn.Module):
         condition = self.network.condition(actions, active, code, has_context)
         nothing = torch.full_like(actions, self.network.n_actions)
         without = self.network.condition(nothing, active, code, has_context)
-        window = self.network.integrate(noise, condition, without, steps=self.steps, guidance=self.guidance)
+        window = self.network.integrate(self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance)
         features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
         # the given frames exactly, then a fade of what the window missed at the last of them
         missed = given - features[:, : self.context_frames]
@@ -152,6 +153,7 @@ def export_flow(
     extra: Mapping[str, Any] | None = None,
     steps: int = STEPS,
     guidance: float = GUIDANCE,
+    temperature: float = 1.0,
 ) -> None:
     """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
 
@@ -169,10 +171,18 @@ def export_flow(
         Midpoint steps of the integration.
     guidance : float
         See `FlowNetwork.guided`.
+    temperature : float
+        The noise is multiplied by it: less makes clips that are more typical of their action, and less varied.
+
+    Raises
+    ------
+    InputError
+        The temperature is not above 0 and at most 2.
     """
+    demand_temperature(temperature)
     codec, settings = model.codec, model.network.settings
     joints = dataset.skeleton.n_joints
-    graph = WindowGraph(model, dataset, steps, guidance).cpu().eval()
+    graph = WindowGraph(model, dataset, steps, guidance, temperature).cpu().eval()
     round_to_stored(graph)
     arguments = (
         torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),
@@ -195,6 +205,8 @@ def export_flow(
         "latent_size": settings.code_size,
         "window_frames": codec.frames,
         "context_frames": codec.context_frames,
+        "guidance": guidance,
+        "temperature": temperature,
         # how much of a window moves before its clip ends: sorted, one entry a clip, by action
         "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
         **(extra or {}),

@@ -244,6 +244,12 @@ def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: M
     }
 
 
+def demand_temperature(temperature: float) -> None:
+    """Raise InputError unless `temperature` is above 0 and at most 2."""
+    if not 0 < temperature <= 2:
+        raise InputError(f"temperature is {temperature}; expected a number above 0 and at most 2")
+
+
 def cooled(model: MotionVAE, temperature: float) -> MotionVAE:
     """A copy of `model` whose prior draws latents with `temperature` times its standard deviation.
 
@@ -252,8 +258,7 @@ def cooled(model: MotionVAE, temperature: float) -> MotionVAE:
     InputError
         The temperature is not above 0 and at most 2.
     """
-    if not 0 < temperature <= 2:
-        raise InputError(f"temperature is {temperature}; expected a number above 0 and at most 2")
+    demand_temperature(temperature)
     copied = copy.deepcopy(model)
     with torch.no_grad():
         copied.prior.logvar_net.bias.add_(2 * math.log(temperature))

@@ -55,7 +55,10 @@ def add_arguments(parser: Any) -> None:
         "--guidance", type=float, default=GUIDANCE, help="how far the exported flow is pushed towards the action; 1: not (train flow)"
     )
     parser.add_argument(
-        "--temperature", type=float, default=1.0, help="of the exported VAE's prior; below 1: more typical, less varied (train motion)"
+        "--temperature",
+        type=float,
+        default=1.0,
+        help="of the exported model's noise; below 1: more typical, less varied (train motion, train flow)",
     )
     parser.add_argument("--flow", type=FlowSettings, default=FlowSettings(), help="the window flow (train flow)")
     parser.add_argument("--vae", type=VAESettings, default=VAESettings(), help="the network (train motion)")
@@ -138,8 +141,16 @@ def _train_flow(settings: Any) -> int:
             show(row, {"loss": row["loss"]})
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
-    extra = {"training": vars(chosen), "guidance": settings.guidance} | unseen
-    export_flow(model, dataset, out / "motion.onnx", licence=settings.licence, extra=extra, guidance=settings.guidance)
+    extra = {"training": vars(chosen)} | unseen
+    export_flow(
+        model,
+        dataset,
+        out / "motion.onnx",
+        licence=settings.licence,
+        extra=extra,
+        guidance=settings.guidance,
+        temperature=settings.temperature,
+    )
     print(out / "motion.onnx")
     return 0
 

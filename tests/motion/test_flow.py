@@ -143,7 +143,7 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
 
 def test_onnx_equals_pytorch(exported, data):
     model, onnx_model = exported
-    graph = WindowGraph(model, data, 3, GUIDANCE).eval()
+    graph = WindowGraph(model, data, 3, GUIDANCE, 1.0).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     for batch in (1, 5):
@@ -170,14 +170,16 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
             parameter.add_(torch.randn_like(parameter) * 0.05)
     model = FlowModel(network.eval(), codec)
     before = [parameter.clone() for parameter in network.parameters()]
-    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2)
+    with pytest.raises(InputError, match="temperature is 0"):
+        export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", temperature=0.0)
+    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2, temperature=0.8)
     size = 4 * sum(parameter.numel() for parameter in network.parameters())
     stored = (tmp_path / "wide.onnx").read_bytes()
     assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes
     assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
     moved = [float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)]
     assert 1e-4 < max(moved) < 0.015
-    graph = WindowGraph(model, data, 2, GUIDANCE).eval()
+    graph = WindowGraph(model, data, 2, GUIDANCE, 1.0).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     noise, lengths = rng.standard_normal((3, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32)
@@ -185,7 +187,9 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
     joints, _ = MotionModel.load(tmp_path / "wide.onnx").run_window(labels, active, noise, lengths)
     with torch.no_grad():
         nothing = torch.zeros(3, 4, 20, 3)
-        expected, _ = graph(*(torch.from_numpy(x) for x in (noise, labels, active)), nothing, torch.zeros(3), torch.from_numpy(lengths))
+        expected, _ = graph(
+            *(torch.from_numpy(x) for x in (np.float32(0.8) * noise, labels, active)), nothing, torch.zeros(3), torch.from_numpy(lengths)
+        )
     assert np.abs(joints - expected.numpy()).max() < 1e-4
 
 

@@ -11,7 +11,6 @@ and those before them the beginning of the slice before.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import torch
@@ -44,43 +43,19 @@ class ChainPlan(NamedTuple):
     along: Tensor
 
     @classmethod
-    def of(cls, skeleton: Skeleton, like: Tensor) -> ChainPlan:
-        """The plan in `like`'s dtype and on its device."""
-        return _plan(_Key(skeleton), like.dtype, like.device)
-
-
-class _Key:
-    """A skeleton as a key of a cache: by identity, for its arrays have no hash."""
-
-    def __init__(self, skeleton: Skeleton) -> None:
-        self.skeleton = skeleton
-
-    def __hash__(self) -> int:
-        return id(self.skeleton)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and other.skeleton is self.skeleton
-
-
-@lru_cache(maxsize=16)
-def _plan(key: _Key, dtype: torch.dtype, device: torch.device) -> ChainPlan:
-    skeleton = key.skeleton
-    chains = sorted((chain[1:] for chain in skeleton.chains), key=len, reverse=True)
-    joints: list[int] = []
-    levels = []
-    for place in range(len(chains[0])):
-        here = [chain[place] for chain in chains if len(chain) > place]
-        levels.append(slice(len(joints), len(joints) + len(here)))
-        joints += here
-    chain_of = {joint: (number, place) for number, chain in enumerate(chains) for place, joint in enumerate(chain)}
-    along = [[float(chain_of[a][0] == chain_of[b][0] and chain_of[b][1] >= chain_of[a][1]) for b in joints] for a in joints]
-    return ChainPlan(
-        torch.tensor(joints, device=device),
-        tuple(levels),
-        torch.as_tensor(skeleton.rest_directions[joints], dtype=dtype, device=device),
-        torch.as_tensor(skeleton.path_matrix[:, joints], dtype=dtype, device=device),
-        torch.tensor(along, dtype=dtype, device=device),
-    )
+    def of(cls, skeleton: Skeleton, dtype: torch.dtype = torch.float32) -> ChainPlan:
+        """The plan of a skeleton, on the CPU."""
+        chains = sorted((chain[1:] for chain in skeleton.chains), key=len, reverse=True)
+        joints: list[int] = []
+        levels = []
+        for place in range(len(chains[0])):
+            here = [chain[place] for chain in chains if len(chain) > place]
+            levels.append(slice(len(joints), len(joints) + len(here)))
+            joints += here
+        chain_of = {joint: (number, place) for number, chain in enumerate(chains) for place, joint in enumerate(chain)}
+        along = [[float(chain_of[a][0] == chain_of[b][0] and chain_of[b][1] >= chain_of[a][1]) for b in joints] for a in joints]
+        rest, path = (torch.as_tensor(array, dtype=dtype) for array in (skeleton.rest_directions[joints], skeleton.path_matrix[:, joints]))
+        return cls(torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype))
 
 
 class Turns(NamedTuple):
@@ -102,15 +77,11 @@ class Turns(NamedTuple):
     def matrices(self, linear: Tensor, quadratic: Tensor) -> Tensor:
         """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
         x, y, z = self.rotvec.unbind(-2)
-        result = (quadratic[..., None, :] * self.rotvec)[..., :, None, :] * self.rotvec[..., None, :, :]
-        diagonal = 1 - quadratic * self.square
-        for k in range(3):
-            result[..., k, k, :] += diagonal
-        for (i, j), part in zip(((2, 1), (0, 2), (1, 0)), (x, y, z), strict=True):
-            turn = linear * part
-            result[..., i, j, :] += turn
-            result[..., j, i, :] -= turn
-        return result
+        qx, qy, qz = (quadratic[..., None, :] * self.rotvec).unbind(-2)
+        lx, ly, lz = (linear[..., None, :] * self.rotvec).unbind(-2)
+        xx, yy, zz, xy, xz, yz = qx * x, qy * y, qz * z, qx * y, qx * z, qy * z
+        rows = [1 - yy - zz, xy - lz, xz + ly, xy + lz, 1 - xx - zz, yz - lx, xz - ly, yz + lx, 1 - xx - yy]
+        return torch.stack(rows, -2).unflatten(-2, (3, 3))  # type: ignore[no-any-return, no-untyped-call]
 
     def rotmats(self) -> Tensor:
         """Rotation matrices (..., 3, 3, N) (Eq. 4)."""
@@ -127,17 +98,17 @@ def _compose(first: Tensor, second: Tensor) -> Tensor:
     """Products of matrices (..., 3, 3, N)."""
     result = first[..., :, 0, None, :] * second[..., None, 0, :, :]
     for k in (1, 2):
-        result.addcmul_(first[..., :, k, None, :], second[..., None, k, :, :])
+        result = torch.addcmul(result, first[..., :, k, None, :], second[..., None, k, :, :])
     return result
 
 
 def chain_frames(turns: Turns, plan: ChainPlan) -> Tensor:
     """Orientations (n, 3, 3, N) of bones whose turns are relative to the bone before (n, 3, N)."""
-    frames = turns.rotmats()
-    for before, here in zip(plan.levels, plan.levels[1:], strict=False):
-        count = here.stop - here.start
-        frames[here] = _compose(frames[before.start : before.start + count], frames[here])
-    return frames
+    local = turns.rotmats()
+    frames = [local[plan.levels[0]]]
+    for here in plan.levels[1:]:
+        frames.append(_compose(frames[-1][: here.stop - here.start], local[here]))
+    return torch.cat(frames)
 
 
 def bone_ends(frames: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
@@ -189,14 +160,11 @@ def turn_axes(turns: Turns, frames: Tensor) -> Tensor:
 
 class _Kinematics(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, rotvec: Tensor, lengths: Tensor, skeleton: Skeleton) -> Tensor:
-        plan = ChainPlan.of(skeleton, rotvec)
-        turns = Turns.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
-        frames = chain_frames(turns, plan)
-        bones = bone_ends(frames, lengths.T[plan.joints], plan)
+    def forward(ctx: Any, rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
+        turns, frames, bones, joints = _pose(rotvec, lengths, plan)
         ctx.save_for_backward(*turns, frames, bones)
         ctx.plan = plan
-        return joint_positions(bones, plan).permute(2, 0, 1).contiguous()
+        return joints
 
     @staticmethod
     def backward(ctx: Any, joints: Tensor) -> tuple[Tensor, None, None]:
@@ -209,7 +177,15 @@ class _Kinematics(torch.autograd.Function):
         return result.permute(2, 0, 1), None, None
 
 
-def local_kinematics(rotations: Tensor, lengths: Tensor, skeleton: Skeleton) -> Tensor:
+def _pose(rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> tuple[Turns, Tensor, Tensor, Tensor]:
+    """Turns, frames and bones of rotation vectors (N, J, 3) and lengths (N, J), and the joints (N, J, 3)."""
+    turns = Turns.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
+    frames = chain_frames(turns, plan)
+    bones = bone_ends(frames, lengths.T[plan.joints], plan)
+    return turns, frames, bones, joint_positions(bones, plan).permute(2, 0, 1).contiguous()
+
+
+def local_kinematics(rotations: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
     """`forward_kinematics` with the root at the origin, differentiable by the rotations alone, and only once.
 
     Parameters
@@ -217,12 +193,15 @@ def local_kinematics(rotations: Tensor, lengths: Tensor, skeleton: Skeleton) -> 
     rotations : (N, J, 3)
         Rotation vectors; entry 0 is not used.
     lengths : (N, J)
-    skeleton : Skeleton
+    plan : ChainPlan
+        In the dtype of `rotations`.
 
     Returns
     -------
     (N, J, 3)
         Positions relative to the root.
     """
-    result: Tensor = _Kinematics.apply(rotations, lengths, skeleton)  # type: ignore[no-untyped-call]
+    if not torch.is_grad_enabled():
+        return _pose(rotations, lengths, plan)[-1]
+    result: Tensor = _Kinematics.apply(rotations, lengths, plan)  # type: ignore[no-untyped-call]
     return result

@@ -9,8 +9,8 @@ import torch
 from torch import Tensor, nn
 
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, forward_kinematics
-from a2v.kinematics.gradient import local_kinematics
+from a2v.kinematics import Skeleton
+from a2v.kinematics.gradient import ChainPlan, local_kinematics
 from a2v.motion.recurrence import RollOut, with_feedback
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
@@ -104,9 +104,18 @@ class PoseDecoder(nn.Module):
     settings : VAESettings
     """
 
+    bone_joints: Tensor
+    rest: Tensor
+    path: Tensor
+    along: Tensor
+
     def __init__(self, skeleton: Skeleton, settings: VAESettings) -> None:
         super().__init__()
         self.skeleton, self.settings = skeleton, settings
+        plan = ChainPlan.of(skeleton)
+        self.levels = plan.levels
+        for name, part in (("bone_joints", plan.joints), ("rest", plan.rest), ("path", plan.path), ("along", plan.along)):
+            self.register_buffer(name, part, persistent=False)
         bones = 3 * (skeleton.n_joints - 1)
         hidden = settings.hidden_size
         trajectory_input = 6 * skeleton.n_joints + settings.trajectory_size
@@ -121,6 +130,11 @@ class PoseDecoder(nn.Module):
             self.velocity_in = nn.Linear(trajectory_input, hidden)
             self.velocity_gru = nn.GRU(hidden, hidden, batch_first=True)
             self.velocity_net = nn.Linear(hidden, 3)
+
+    @property
+    def plan(self) -> ChainPlan:
+        """The skeleton's chains in the weights' dtype and place."""
+        return ChainPlan(self.bone_joints, self.levels, self.rest, self.path, self.along)
 
     @property
     def input_size(self) -> int:
@@ -154,11 +168,8 @@ class PoseDecoder(nn.Module):
         # tanh keeps each component within half a turn; the norm is limited by it as the paper asks
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
         rotations = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec], -1).reshape(batch, frames, n, 3)
-        if torch.is_grad_enabled() and not lengths.requires_grad:
-            every = lengths.repeat_interleave(frames, 0)
-            local = local_kinematics(rotations.flatten(0, 1), every, self.skeleton).view(batch, frames, n, 3)
-        else:
-            local = forward_kinematics(rotations, torch.zeros_like(rotvec[..., :3]), lengths[:, None], self.skeleton)
+        every = lengths[:, None].expand(-1, frames, -1).flatten(0, 1)
+        local = local_kinematics(rotations.flatten(0, 1), every, self.plan).reshape(batch, frames, n, 3)
         if not self.follows_trajectory:
             return Pose(local + outputs[:, :, None, bones:], rotations, None, None)
         previous_root = previous[:, :, 0]

@@ -15,7 +15,6 @@ import torch
 from torch import Tensor, nn
 
 from a2v.kinematics.gradient import (
-    ChainPlan,
     Turns,
     bone_ends,
     bone_gradients,
@@ -119,7 +118,7 @@ class RollOut:
         known = nn.functional.linear(known, entry, entry_bias).transpose(0, 1).contiguous()
         self.exit: Tensor = generator.decoder.weight
         offset: Tensor = generator.decoder.bias
-        self.plan = ChainPlan.of(model.skeleton, latent)
+        self.plan = decoder.plan
         if decoder.lie_output is not None:
             self.bones = bones = size - 3
             # so is the decoder's with the Lie layer's; bones in the plan's order

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from a2v.kinematics import SKELETONS, forward_kinematics
-from a2v.kinematics.gradient import local_kinematics
+from a2v.kinematics.gradient import ChainPlan, local_kinematics
 
 
 @pytest.mark.parametrize("name", sorted(SKELETONS))
@@ -20,7 +20,10 @@ def test_values_and_gradients_are_autograds(name: str, dtype: torch.dtype, toler
     rotations.requires_grad_()
     lengths = torch.rand(7, skeleton.n_joints, dtype=dtype, generator=generator)
     weights = torch.randn(7, skeleton.n_joints, 3, dtype=dtype, generator=generator)
-    joints = local_kinematics(rotations, lengths, skeleton)
+    plan = ChainPlan.of(skeleton, dtype)
+    joints = local_kinematics(rotations, lengths, plan)
+    with torch.no_grad():
+        assert torch.equal(local_kinematics(rotations, lengths, plan), joints)
     expected = forward_kinematics(rotations, rotations.new_zeros(7, 3), lengths, skeleton)
     assert (joints - expected).abs().max().item() < tolerance
     (ours,) = torch.autograd.grad((weights * joints).sum(), rotations)

@@ -6,30 +6,24 @@ frames and forward kinematics inside. Longer motions and transitions are windows
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import onnx
 import torch
-from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.kinematics import inverse_kinematics
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
-from export.motion import OPSET, demand_temperature, describe_data, save_model
+from export.motion import demand_temperature, describe_data
+from export.storage import OPSET, round_to_stored, save_model, shrink
 
 FORMAT = "a2v-flow/1"
 STEPS = 12
 """Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
-SMALLEST_HALF = 1024
-"""Tensors of at least this many numbers are stored as float16."""
-SMALLEST_BYTES = 16_384
-"""The network's matrices of at least this many numbers are stored as bytes."""
 FADE_SECONDS = 1.0
 """Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/motion.md)."""
 
@@ -96,52 +90,6 @@ class WindowGraph(nn.Module):
         root = (features[..., :3] - features[:, :1, :3]) / ROOT_WEIGHT
         joints = self.path @ bones + root[:, :, None]
         return joints * self.metres_per_unit, inverse_kinematics(joints, self.skeleton)
-
-
-def _stored_as_bytes(tensor_name: str, shape: Sequence[int]) -> bool:
-    """Matrices of the network, each row with a scale of its own; the bases move joints directly and keep more digits."""
-    return "network" in tensor_name and len(shape) == 2 and math.prod(shape) >= SMALLEST_BYTES
-
-
-def round_to_stored(module: nn.Module) -> None:
-    """Round what `shrink` stores, in place, so that storing loses nothing more.
-
-    Small tensors keep float32: the frequencies of the time's waves must not move.
-    """
-    with torch.no_grad():
-        for name, tensor in [*module.named_parameters(), *module.named_buffers()]:
-            if not tensor.is_floating_point() or tensor.numel() < SMALLEST_HALF:
-                continue
-            if _stored_as_bytes(name, tensor.shape):
-                scale = tensor.abs().amax(1, keepdim=True).clamp(min=1e-12) / 127
-                tensor.copy_((tensor / scale).round() * scale)
-            else:
-                tensor.copy_(tensor.half().float())
-
-
-def shrink(proto: onnx.ModelProto) -> None:
-    """Store the network's matrices as bytes with a scale a row and other large tensors as float16; arithmetic stays float32.
-
-    Casts and products with scales are constants that onnxruntime folds once when it opens the file.
-    """
-    graph = proto.graph
-    unpacking = []
-    for tensor in list(graph.initializer):
-        if tensor.data_type != TensorProto.FLOAT or math.prod(tensor.dims) < SMALLEST_HALF:
-            continue
-        name, values = tensor.name, numpy_helper.to_array(tensor)
-        if _stored_as_bytes(name, values.shape):
-            scale = np.maximum(np.abs(values).max(1, keepdims=True), np.float32(1e-12)) / np.float32(127)
-            tensor.CopyFrom(numpy_helper.from_array(np.round(values / scale).astype(np.int8), f"{name}_bytes"))
-            graph.initializer.append(numpy_helper.from_array(scale.astype(np.float32), f"{name}_scale"))
-            unpacking.append(helper.make_node("Cast", [f"{name}_bytes"], [f"{name}_cast"], to=TensorProto.FLOAT))
-            unpacking.append(helper.make_node("Mul", [f"{name}_cast", f"{name}_scale"], [name]))
-        else:
-            tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), f"{name}_half"))
-            unpacking.append(helper.make_node("Cast", [f"{name}_half"], [name], to=TensorProto.FLOAT))
-    nodes = [*unpacking, *graph.node]
-    del graph.node[:]
-    graph.node.extend(nodes)
 
 
 def export_flow(

@@ -9,7 +9,6 @@ outpainting and endless sequences are made of; a run over many frames is the fas
 from __future__ import annotations
 
 import copy
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -23,12 +22,11 @@ from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
-from a2v.io import atomic_path
 from a2v.kinematics import inverse_kinematics
 from a2v.motion.networks import MotionVAE, gru_step
+from export.storage import OPSET, round_to_stored, save_model, shrink
 
 FORMAT = "a2v-motion/1"
-OPSET = 18
 
 
 class _OneFrameGRU(nn.Module):
@@ -212,27 +210,6 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
     }
 
 
-def save_model(proto: onnx.ModelProto, metadata: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
-    """Write a graph with its description.
-
-    What the exporter notes about the Python lines behind every node is left out: more bytes than some models' weights,
-    and paths of the machine that trained them.
-    """
-    for node in proto.graph.node:
-        del node.metadata_props[:]
-        node.doc_string = ""
-        for attribute in node.attribute:
-            if attribute.HasField("g"):
-                for inner in attribute.g.node:
-                    del inner.metadata_props[:]
-                    inner.doc_string = ""
-    for value in [*proto.graph.value_info, *proto.graph.input, *proto.graph.output]:
-        del value.metadata_props[:]
-    helper.set_model_props(proto, {"a2v": json.dumps(metadata, sort_keys=True)})
-    with atomic_path(path) as temporary:
-        onnx.save(proto, temporary)
-
-
 def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """The metadata that makes the file usable alone."""
     return describe_data(dataset, licence=licence) | {
@@ -274,7 +251,7 @@ def export_motion(
     temperature: float = 1.0,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write the ONNX file of `model`.
+    """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
 
     Parameters
     ----------
@@ -291,5 +268,8 @@ def export_motion(
     """
     if len(dataset.actions) != model.n_actions:
         raise InputError(f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}")
-    graph = sequence_model(cooled(model.cpu(), temperature), dataset.frame.metres_per_unit)
+    demand_temperature(temperature)
+    round_to_stored(model.cpu())
+    graph = sequence_model(cooled(model, temperature), dataset.frame.metres_per_unit)
+    shrink(graph)
     save_model(graph, describe(model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}), path)

@@ -19,8 +19,7 @@ from a2v.reconstruction.implicit.inputs import FRAME, GUIDE
 from a2v.reconstruction.implicit.model import COLORS_FILE, FIELD_FILE, FORMAT, MAPS_FILE
 from a2v.reconstruction.implicit.networks import GUIDE_CHANNELS, PHOTO_CHANNELS, Painter, point_values
 from a2v.reconstruction.implicit.training import Detail, Shape, load_networks
-from export.flow import round_to_stored, shrink
-from export.motion import OPSET, save_model
+from export.storage import OPSET, round_to_stored, save_model, shrink
 
 
 class MapsGraph(nn.Module):

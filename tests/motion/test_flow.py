@@ -16,7 +16,8 @@ from a2v.motion import MotionModel
 from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
 from a2v.motion.windows import LinearCode, WindowCodec, window_features
 from export import sample as sample_script
-from export.flow import WindowGraph, export_flow, round_to_stored
+from export.flow import WindowGraph, export_flow
+from export.storage import round_to_stored
 from tests.motion.test_training import waving
 
 SMALL = FlowSettings(

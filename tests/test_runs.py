@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from a2v.errors import InputError
-from a2v.runs import Run, cosine_decay, identity, read_checkpoint
+from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint
 
 
 @dataclass(frozen=True)
@@ -60,3 +60,13 @@ def test_the_rate_falls_along_half_a_cosine():
     assert cosine_decay(0, 0.1) == 1
     assert cosine_decay(1, 0.1) == pytest.approx(0.1)
     assert cosine_decay(0.5, 0.1) == pytest.approx(0.55)
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_products_are_what_they_were_after_a_training(quick: bool) -> None:
+    matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]
+    before = matmul.fp32_precision
+    with pytest.raises(KeyError), RunSettings(quick_products=quick).products():
+        assert (matmul.fp32_precision != before) is quick
+        raise KeyError
+    assert matmul.fp32_precision == before

@@ -23,6 +23,8 @@ BUNDLED = {
     "humanact12-fine": "motion_humanact12_fine.onnx",
     "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
     "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
+    "humanact12-lie": "motion_humanact12_lie.onnx",
+    "humanact12-plain": "motion_humanact12_plain.onnx",
 }
 """Shipped motion models by name."""
 

@@ -23,6 +23,7 @@ BUNDLED = {
     "humanact12-fine": "motion_humanact12_fine.onnx",
     "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
     "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
+    "humanact12-glmi-r": "motion_humanact12_glmi_r.onnx",
     "humanact12-lie": "motion_humanact12_lie.onnx",
     "humanact12-plain": "motion_humanact12_plain.onnx",
 }

@@ -261,27 +261,39 @@ def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
 def matrix_products(path: Path) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
     """(weight's name, rows, columns) of every product with a constant matrix: (outside, inside) of the loop over frames."""
     model = onnx.load(path)
-    shapes = {item.name: tuple(item.dims) for item in model.graph.initializer}
+    guided = json.loads(model.metadata_props[0].value).get("guidance", 1) != 1
+    origin: dict[str, str] = {}
 
-    def walk(graph: onnx.GraphProto) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
+    def walk(graph: onnx.GraphProto, outside: dict[str, tuple[int, ...]]) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
         here: list[tuple[str, int, int]] = []
         inside: list[tuple[str, int, int]] = []
-        known = shapes | {item.name: tuple(item.dims) for item in graph.initializer}
+        known = outside | {item.name: tuple(item.dims) for item in graph.initializer}
         for node in graph.node:
+            # weights are unpacked from what they are stored as, and may be cut
             if node.op_type in ("Cast", "Identity") and node.input[0] in known:
                 known[node.output[0]] = known[node.input[0]]
+                origin[node.output[0]] = origin.get(node.input[0], node.input[0])
+            elif node.op_type == "Mul" and all(name in known for name in node.input):
+                known[node.output[0]] = tuple(np.broadcast_shapes(*(known[name] for name in node.input)))
+                origin[node.output[0]] = origin.get(node.input[0], node.input[0])
+            elif node.op_type == "Split" and len(known.get(node.input[0], ())) == 2:
+                rows, columns = known[node.input[0]]
+                known |= dict.fromkeys(node.output, (rows // len(node.output), columns))
+                origin.update(dict.fromkeys(node.output, origin.get(node.input[0], node.input[0])))
             elif node.op_type == "Transpose" and len(known.get(node.input[0], ())) == 2:
                 known[node.output[0]] = known[node.input[0]][::-1]
             elif node.op_type in ("MatMul", "Gemm") and len(known.get(node.input[1], ())) == 2:
                 rows, columns = known[node.input[1]]
                 turned = any(item.name == "transB" and item.i for item in node.attribute)
-                here.append((node.input[1], *((columns, rows) if turned else (rows, columns))))
+                # with guidance a flow's blocks see every clip twice: with the action and without it
+                twice = guided and any(part in origin.get(node.input[1], node.input[1]) for part in ("blocks", "entry", "exit", "mix"))
+                here += (1 + twice) * [(node.input[1], *((columns, rows) if turned else (rows, columns)))]
             for attribute in node.attribute:
                 if attribute.type == onnx.AttributeProto.GRAPH:
-                    inside += walk(attribute.g)[0]
+                    inside += walk(attribute.g, known)[0]
         return here, inside
 
-    return walk(model.graph)
+    return walk(model.graph, {})
 
 
 def products_session(products: list[tuple[str, int, int]], batch: int, threads: int) -> Callable[[], object]:

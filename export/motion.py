@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 import onnx
+import onnx.compose
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
-from a2v.kinematics import inverse_kinematics
+from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.networks import MotionVAE, gru_step
 from export.storage import OPSET, round_to_stored, save_model, shrink
 
@@ -82,8 +83,32 @@ class StepGraph(nn.Module):
                 decoder.velocity_gru = gru
             trajectory = pose.state[0]
         joints = pose.joints[:, 0]
-        rotations = inverse_kinematics(joints, model.skeleton) if pose.rotations is None else pose.rotations[:, 0]
+        # the plain decoder knows no rotations: `sequence_model` finds them for all frames at once
+        rotations = joints if pose.rotations is None else pose.rotations[:, 0]
         return joints, prior, low, high, trajectory, joints, rotations
+
+
+class RotationsGraph(nn.Module):
+    """Rotation vectors (B, T, J, 3) of joints (B, T, J, 3)."""
+
+    def __init__(self, skeleton: Skeleton) -> None:
+        super().__init__()
+        self.skeleton = skeleton
+
+    def forward(self, native_joints: Tensor) -> Tensor:
+        """See `inverse_kinematics`."""
+        return inverse_kinematics(native_joints, self.skeleton)
+
+
+def _rotations_model(skeleton: Skeleton) -> onnx.ModelProto:
+    """`RotationsGraph` as ONNX, with dynamic batch and frames; what it adds to a graph has names of its own."""
+    sizes = {"native_joints": {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}}
+    program = torch.onnx.export(
+        RotationsGraph(skeleton), (torch.randn(2, 3, skeleton.n_joints, 3),), dynamo=True, opset_version=OPSET,
+        input_names=["native_joints"], output_names=["rotations"], dynamic_shapes=sizes, verbose=False,
+    )  # fmt: skip
+    assert program is not None
+    return onnx.compose.add_prefix(program.model_proto, "rotations/", rename_inputs=False, rename_outputs=False)
 
 
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
@@ -117,6 +142,8 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
 def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     """The whole-sequence graph: a Scan of the step over frames, then metres."""
     step = _step_model(model.eval())
+    plain = model.settings.decoder == "plain"
+    turning = _rotations_model(model.skeleton) if plain else None
     joints, hidden, latent = model.skeleton.n_joints, model.settings.hidden_size, model.settings.latent_size
     body = onnx.GraphProto()
     body.CopyFrom(step.graph)
@@ -136,7 +163,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     scan = helper.make_node(
         "Scan",
         inputs=[*STATE_NAMES, "noise", "action_onehot", "time_column"],
-        outputs=[*(f"last_{name}" for name in STATE_NAMES), "native_joints", "rotations"],
+        outputs=[*(f"last_{name}" for name in STATE_NAMES), "native_joints", "frame_rotations" if plain else "rotations"],
         body=body,
         num_scan_inputs=3,
         scan_input_axes=[1, 1, 1],
@@ -153,6 +180,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         helper.make_node("OneHot", ["actions", "depth", "off_on"], ["action_onehot"], axis=-1),
         helper.make_node("Unsqueeze", ["time", "axis2"], ["time_column"]),
         scan,
+        *(turning.graph.node if turning is not None else ()),
         helper.make_node("Mul", ["native_joints", "metres_per_unit"], ["joints"]),
         helper.make_node("Gather", ["joints", "root_index"], ["root"], axis=2),
     ]
@@ -180,7 +208,11 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         "a2v_motion",
         inputs,
         outputs,
-        initializer=[*weights, *(numpy_helper.from_array(array, name) for name, array in constants.items())],
+        initializer=[
+            *weights,
+            *(turning.graph.initializer if turning is not None else ()),
+            *(numpy_helper.from_array(array, name) for name, array in constants.items()),
+        ],
     )
     result = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="a2v", ir_version=10)
     onnx.checker.check_model(result, full_check=False)

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,6 +70,15 @@ class RunSettings:
             yield
         finally:
             matmul.fp32_precision = before
+
+    @contextmanager
+    def loop(self, save: Callable[[], None]) -> Iterator[None]:
+        """A training loop: `products`, and `save` whatever ends it, Ctrl-C too."""
+        with self.products():
+            try:
+                yield
+            finally:
+                save()
 
 
 def choose_device(name: str) -> torch.device:

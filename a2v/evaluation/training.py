@@ -6,7 +6,6 @@ import copy
 import math
 import os
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,8 +117,7 @@ def train_classifier(
         run.save({"model": network.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration, "log": log, "a2v": info}, log)
 
     losses: list[float] = []
-    with settings.products(), ExitStack() as at_the_end:
-        at_the_end.callback(save)
+    with settings.loop(save):
         while iteration < settings.iterations:
             generator = np.random.default_rng([settings.seed, iteration])
             joints, labels, _ = sampler.batch(settings.batch_size, generator)

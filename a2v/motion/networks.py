@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton
 from a2v.kinematics.gradient import ChainPlan, local_kinematics
-from a2v.motion.recurrence import RollOut, with_feedback
+from a2v.motion.recurrence import RollOut, gru_weights, with_feedback
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
@@ -183,8 +183,8 @@ class PoseDecoder(nn.Module):
 
 def gru_step(gru: nn.GRU, layer: int, inputs: Tensor, state: Tensor) -> Tensor:
     """New state (B, H) of one layer for inputs (B, D), written out: it exports to a handful of nodes, which nn.GRU does not."""
-    gates_in = nn.functional.linear(inputs, getattr(gru, f"weight_ih_l{layer}"), getattr(gru, f"bias_ih_l{layer}"))
-    gates_state = nn.functional.linear(state, getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
+    gates_in = nn.functional.linear(inputs, *gru_weights(gru, layer, "ih"))
+    gates_state = nn.functional.linear(state, *gru_weights(gru, layer, "hh"))
     size = gru.hidden_size
     both = torch.sigmoid(gates_in[:, : 2 * size] + gates_state[:, : 2 * size])
     reset, update = both[:, :size], both[:, size:]

@@ -206,15 +206,13 @@ class RollOut:
             return
         whole = {name: torch.stack([kept[name] for kept in self.kept]) for name in self.kept[0]}
         turns = Turns(*(whole[name] for name in Turns._fields))
+        frames, slopes = whole["frames"], _points(whole["slope"]).permute(0, 2, 3, 1)
         # (T, n, 3, ...) as T * n bones
-        bones, jacobians = whole["frames"], Turns(*(part.flatten(0, 1) for part in turns))
-        slopes = _points(whole["slope"]).permute(0, 2, 3, 1)
-        self.axes = turn_axes(jacobians, bones.flatten(0, 1)).view_as(bones) * slopes[:, :, None]
+        flat = Turns(*(part.flatten(0, 1) for part in turns))
+        self.axes = turn_axes(flat, frames.flatten(0, 1)).view_as(frames) * slopes[:, :, None]
         self.crosses = cross_matrices(whole["bones"])
-        for name in whole:
-            if name.startswith("hidden"):
-                whole[name] = (whole[name] > 0).to(bones) * (1 - self.leak) + self.leak
-        self.whole = whole
+        hidden = [part for name, part in whole.items() if name.startswith("hidden")]
+        self.leaks = [(part > 0).to(frames) * (1 - self.leak) + self.leak for part in hidden]
 
     def _decode_back(self, t: int, pose: Tensor, velocity: Tensor | None) -> tuple[Tensor, Tensor | None]:
         """Gradients by the outputs (B, D) and by the pose before (B, 3J), given that by the pose (B, 3J)."""
@@ -230,8 +228,8 @@ class RollOut:
             if decoder.velocity_gru is not None:
                 gradient = self.trajectory.back(t, gradient) @ self.into_trajectory
             else:
-                for number, layer in reversed(list(enumerate(self.hidden))):
-                    gradient = gradient.mul_(self.whole[f"hidden {number}"][t]) @ layer.weight
+                for layer, leaks in zip(reversed(self.hidden), reversed(self.leaks), strict=True):
+                    gradient = gradient.mul_(leaks[t]) @ layer.weight
             local, fed, rest = pose + gradient[:, :size], gradient[:, size : 2 * size], gradient[:, 2 * size :]
             fed[:, :3] += root - _points(fed).sum(1)
         else:

@@ -172,10 +172,13 @@ def train(
     sampler = ClipSampler(dataset, settings.length or dataset.length)
     kl_end = settings.final_kl(dataset)
     recent: list[dict[str, float]] = []
-    try:
+
+    def save() -> None:
+        run.save(_checkpoint(state, dataset, vae), state.log)
+
+    with settings.loop(save):
         while state.iteration < settings.iterations:
-            with settings.products():
-                recent.append(train_step(state, sampler, settings, kl_end=kl_end))
+            recent.append(train_step(state, sampler, settings, kl_end=kl_end))
             state.seconds = run.seconds
             if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
                 mean = {name: float(np.mean([terms[name] for terms in recent])) for name in recent[0]}
@@ -187,9 +190,7 @@ def train(
                     on_log(state, row)
                 state.log.append(row)
             if run.due:
-                run.save(_checkpoint(state, dataset, vae), state.log)
-    finally:
-        run.save(_checkpoint(state, dataset, vae), state.log)
+                save()
     return state.model.eval()
 
 

@@ -129,6 +129,30 @@ def test_gradients_flow_through_the_feedback(decoder, name):
         assert torch.allclose(ours[key], value, rtol=1e-8, atol=1e-9 * float(value.abs().max())), key
 
 
+def test_the_feedbacks_gradient_is_a_difference_quotient():
+    """The derivative of the loss by a weight, through all 20 fed back poses, without any autograd beside it."""
+    torch.manual_seed(0)
+    model = MotionVAE(HUMANACT12, 12, VAESettings()).double()
+    joints, actions, lengths, noise = (x.double() for x in inputs(frames=20))
+    teacher = torch.zeros(3, dtype=torch.bool)
+
+    def loss() -> torch.Tensor:
+        return vae_losses(model.reconstruct(joints, actions, lengths, noise, teacher), joints, reconstruction="mse").reconstruction
+
+    weight = model.generator.encoder.weight
+    loss().backward()
+    assert weight.grad is not None
+    place = divmod(int(weight.grad[:, 3:72].abs().argmax()), 69)  # a weight that sees the pose fed back
+    expected = weight.grad[place[0], place[1] + 3].item()
+    values = []
+    for sign in (1, -1):
+        with torch.no_grad():
+            weight[place[0], place[1] + 3] += sign * 1e-5
+            values.append(loss().item())
+            weight[place[0], place[1] + 3] -= sign * 1e-5
+    assert (values[0] - values[1]) / 2e-5 == pytest.approx(expected, rel=1e-5)
+
+
 def test_without_feedback_the_gradient_is_another_one():
     """The same poses as given ones: the test above can tell them apart."""
     torch.manual_seed(0)

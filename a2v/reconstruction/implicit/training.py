@@ -9,7 +9,6 @@ import dataclasses
 import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -223,8 +222,7 @@ def train_reconstruction(
         )
 
     recent: list[dict[str, float]] = []
-    with settings.products(), ExitStack() as at_the_end:
-        at_the_end.callback(save)
+    with settings.loop(save):
         files, reader = list_views(views, "training"), ViewReader()
         while state.iteration < settings.iterations:
             if state.iteration % 200 == 0:

@@ -22,8 +22,8 @@ from export.motion import demand_temperature, describe_data
 from export.storage import OPSET, round_to_stored, save_model, shrink
 
 FORMAT = "a2v-flow/1"
-STEPS = 12
-"""Midpoint steps of the integration: more did not change the metrics (docs/motion.md)."""
+STEPS = 7
+"""Steps of the integration: more do not change the metrics (docs/motion.md)."""
 FADE_SECONDS = 1.0
 """Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/motion.md)."""
 
@@ -116,7 +116,7 @@ def export_flow(
     extra : mapping
         More metadata; must be JSON.
     steps : int
-        Midpoint steps of the integration.
+        Steps of the integration; see `FlowNetwork.integrate`.
     guidance : float
         See `FlowNetwork.guided`.
     temperature : float

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +36,8 @@ class FlowSettings(RunSettings):
     ----------
     code_size, context_size : int
         Coefficients of a window and of the frames it continues.
+    foot_place, foot_step : float
+        Weights of the feet's places and of their steps in what a code keeps (`a2v.motion.windows.foot_metric`).
     context_frames : int
         Frames that a following window sees.
     width, blocks : int
@@ -57,10 +58,14 @@ class FlowSettings(RunSettings):
         Decay of the exponential moving average of the weights that is kept.
     pool : int
         Windows that are encoded at a time.
+    initial : str
+        ``flow.pt`` of a run of the same sizes and actions to start from, whatever its code kept; "" to start anew.
     """
 
     code_size: int = 384
     context_size: int = 48
+    foot_place: float = 1.0
+    foot_step: float = 16.0
     context_frames: int = 8
     width: int = 512
     blocks: int = 6
@@ -75,6 +80,7 @@ class FlowSettings(RunSettings):
     half: bool = False
     average: float = 0.998
     pool: int = 6000
+    initial: str = ""
 
     def __post_init__(self) -> None:
         if min(self.code_size, self.context_size, self.context_frames, self.width, self.blocks, self.iterations, self.batch_size) < 1:
@@ -171,7 +177,10 @@ class FlowNetwork(nn.Module):
         return result
 
     def integrate(self, noise: Tensor, condition: Tensor, without: Tensor, *, steps: int, guidance: float = 1.0) -> Tensor:
-        """Carry noise (B, D) at time 0 to codes at time 1 with `steps` midpoint steps.
+        """Carry noise (B, D) at time 0 to codes at time 1.
+
+        Adams and Bashforth's second order: a step extrapolates from the last two velocities, so that it costs one
+        evaluation of the network; only the first is a midpoint step, with two.
 
         Parameters
         ----------
@@ -182,11 +191,15 @@ class FlowNetwork(nn.Module):
         guidance : float
             1 for none.
         """
-        point = noise
+        point, before = noise, None
         for step in range(steps):
             start = noise.new_full((noise.shape[0],), step / steps)
-            middle = point + self.guided(point, start, condition, without, guidance) * (0.5 / steps)
-            point = point + self.guided(middle, start + 0.5 / steps, condition, without, guidance) / steps
+            velocity = self.guided(point, start, condition, without, guidance)
+            if before is None:
+                slope = self.guided(point + velocity * (0.5 / steps), start + 0.5 / steps, condition, without, guidance)
+            else:
+                slope = 1.5 * velocity - 0.5 * before
+            point, before = point + slope / steps, velocity
         return point
 
 
@@ -214,6 +227,34 @@ class WindowPool:
         context = self.codec.context.encode(features[:, : self.codec.context_frames].reshape(size, -1))
         active = np.minimum(self.counts[clips] / self.dataset.length, 1).astype(np.float32)
         return tuple(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context))  # type: ignore[return-value]
+
+
+def _carry_over(path: str, network: FlowNetwork, codec: WindowCodec) -> WindowCodec:
+    """Give `network` the averaged weights of another run, turned to the code of `codec`; the codec with that run's context.
+
+    Both codes are white, so windows that both can tell apart differ by a rotation Q, old = Q new, and a flow between
+    rotated noise and rotated codes is the same flow: only the first and the last layer see it.
+    """
+    content = read_checkpoint(path, STORED)
+    theirs = WindowCodec.from_arrays(
+        {name: array.numpy() for name, array in content["codec"].items()}, len(codec.window.mean) // codec.frames
+    )
+    weights = content["averaged"]
+    shapes, wanted = ({name: tuple(tensor.shape) for name, tensor in part.items()} for part in (weights, network.state_dict()))
+    if shapes != wanted or len(theirs.window.mean) != len(codec.window.mean) or theirs.context_frames != codec.context_frames:
+        raise InputError(f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out")
+    between = (theirs.window.encoder @ codec.window.basis.T) * codec.window.scale / theirs.window.scale[:, None]
+    left, _, right = np.linalg.svd(between)
+    turn = torch.from_numpy(left @ right)
+    network.load_state_dict(
+        weights
+        | {
+            "entry.weight": weights["entry.weight"] @ turn,
+            "exit.weight": turn.T @ weights["exit.weight"],
+            "exit.bias": turn.T @ weights["exit.bias"],
+        }
+    )
+    return dataclasses.replace(codec, context=theirs.context)
 
 
 def train_flow(
@@ -253,8 +294,12 @@ def train_flow(
         codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
     else:
         codec = WindowCodec.fit(
-            dataset, size=settings.code_size, context_size=settings.context_size, context_frames=settings.context_frames, seed=settings.seed
-        )
+            dataset, size=settings.code_size, context_size=settings.context_size, context_frames=settings.context_frames,
+            foot_place=settings.foot_place, foot_step=settings.foot_step, seed=settings.seed,
+        )  # fmt: skip
+        if settings.initial:
+            codec = _carry_over(settings.initial, network, codec)
+            averaged.load_state_dict(network.state_dict())
 
     def save() -> None:
         state = {
@@ -270,8 +315,7 @@ def train_flow(
     refresh = max(1, settings.pool // 16)
     codes = labels = active = context = torch.empty(0)
     losses: list[float] = []
-    with settings.products(), ExitStack() as at_the_end:
-        at_the_end.callback(save)
+    with settings.loop(save):
         while iteration < settings.iterations:
             if iteration % refresh == 0 or not len(codes):
                 drawn_at = iteration - iteration % refresh  # so that a resumed run sees the pool it would have seen

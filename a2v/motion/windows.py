@@ -1,4 +1,8 @@
-"""Whole windows of motion as short codes: bone directions and root path through a linear (PCA) basis."""
+"""Whole windows of motion as short codes: bone directions and root path through a linear basis (PCA).
+
+What a plain PCA leaves out is small for the pose and large for a foot that ought to stand, so the basis is the best
+one for a sum of squares in which the feet's places and steps count beside the directions (`foot_metric`).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.sparse.linalg import eigsh
 
 from a2v.datasets import ActionDataset, ClipSampler
@@ -14,6 +19,7 @@ from a2v.kinematics import Skeleton, bone_vectors
 from a2v.kinematics.so3 import Array, namespace
 from a2v.types import FloatArray
 
+CODE_FIELDS = ("mean", "basis", "encoder", "scale")
 ROOT_WEIGHT = 3.0
 """Weight of the root's path against the unit bone directions in the basis."""
 
@@ -33,31 +39,68 @@ def window_features(joints: Array, skeleton: Skeleton) -> Array:
     return features
 
 
+def foot_metric(skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float) -> FloatArray:
+    """Sum of squares over a window that the feet's places and steps enter: x^T M x for flat features x of `frames` frames.
+
+    Feet are linear in the features for bones of given lengths, as long as directions are not normalised anew.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its `feet` are the joints that count.
+    lengths : (J,)
+        Bone lengths of a typical body, in the features' unit of length; the mean bone is the unit of the weights.
+    frames : int
+    place, step : float
+        Weights of the square of a foot's place and of its step from one frame to the next.
+
+    Returns
+    -------
+    (N, N) float64
+        Symmetric, positive definite: the identity for weights of 0. N = 3 J `frames`.
+    """
+    feet, joints = list(skeleton.feet), skeleton.n_joints
+    levers = np.zeros((joints, len(feet)))
+    levers[0] = 1 / ROOT_WEIGHT
+    levers[1:] = (skeleton.path_matrix[feet, 1:] * lengths[1:]).T
+    levers /= np.mean(lengths[1:])
+    in_frame = np.kron(levers @ levers.T, np.eye(3))
+    steps = np.diff(np.eye(frames), axis=0)
+    in_time = place * np.eye(frames) + step * steps.T @ steps
+    metric: FloatArray = np.eye(3 * joints * frames) + np.kron(in_time, in_frame)
+    return metric
+
+
 @dataclass(frozen=True)
 class LinearCode:
-    """A PCA of flat features.
+    """A PCA of flat features, under a metric.
 
     Attributes
     ----------
     mean : (N,) float32
     basis : (D, N) float32
-        Orthonormal rows.
+        Rows that a code combines; orthonormal in the metric.
+    encoder : (D, N) float32
+        Rows that make coefficients from features: the basis times the metric.
     scale : (D,) float32
         Standard deviation of each coefficient: codes have unit variance.
     """
 
     mean: FloatArray
     basis: FloatArray
+    encoder: FloatArray
     scale: FloatArray
 
     @classmethod
-    def fit(cls, features: FloatArray, size: int) -> LinearCode:
-        """The leading `size` components of features (M, N)."""
+    def fit(cls, features: FloatArray, size: int, metric: FloatArray | None = None) -> LinearCode:
+        """The leading `size` components of features (M, N) under a positive definite `metric` (N, N), else the identity."""
         if size > min(features.shape):
             raise InputError(f"a code of {size} numbers needs at least as many windows and features; got {features.shape}")
         mean = features.mean(axis=0, dtype=np.float64)
         centred = (features - mean).astype(np.float64)
-        covariance = centred.T @ centred / len(features)
+        root = np.eye(len(mean)) if metric is None else np.linalg.cholesky(metric)  # metric = root root^T
+        seen = centred @ root
+        covariance = seen.T @ seen / len(features)
         if size < covariance.shape[0] // 4:
             # a Krylov solver finds the leading few of thousands of directions in seconds; its start is fixed
             values, vectors = eigsh(covariance, k=size, v0=np.ones(len(covariance)))
@@ -65,11 +108,13 @@ class LinearCode:
             values, vectors = np.linalg.eigh(covariance)
         order = np.argsort(values)[::-1][:size]
         scale = np.sqrt(np.maximum(values[order], 1e-12))
-        return cls(mean.astype(np.float32), vectors[:, order].T.astype(np.float32), scale.astype(np.float32))
+        leading = vectors[:, order]
+        basis, encoder = solve_triangular(root, leading, lower=True, trans="T").T, (root @ leading).T
+        return cls(*(part.astype(np.float32) for part in (mean, basis, encoder, scale)))
 
     def encode(self, features: FloatArray) -> FloatArray:
         """Codes (M, D) of features (M, N)."""
-        code: FloatArray = (features - self.mean) @ self.basis.T / self.scale
+        code: FloatArray = (features - self.mean) @ self.encoder.T / self.scale
         return code
 
     def decode(self, code: FloatArray) -> FloatArray:
@@ -98,15 +143,26 @@ class WindowCodec:
 
     @classmethod
     def fit(
-        cls, dataset: ActionDataset, *, size: int, context_size: int, context_frames: int, windows: int = 6000, seed: int = 0
+        cls,
+        dataset: ActionDataset,
+        *,
+        size: int,
+        context_size: int,
+        context_frames: int,
+        foot_place: float = 0.0,
+        foot_step: float = 0.0,
+        windows: int = 6000,
+        seed: int = 0,
     ) -> WindowCodec:
-        """Fit both codes on random windows of `dataset` (of its own length)."""
+        """Fit both codes on random windows of `dataset` (of its own length); `foot_place` and `foot_step` as in `foot_metric`."""
         generator = np.random.default_rng(seed)
         sampler = ClipSampler(dataset, dataset.length)
         joints = sampler.windows(generator.integers(0, len(dataset), windows), generator)
         features = window_features(joints, dataset.skeleton)
+        lengths = np.median(dataset.clip_bone_lengths, axis=0)
+        metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=foot_place, step=foot_step)
         return cls(
-            LinearCode.fit(features.reshape(windows, -1), size),
+            LinearCode.fit(features.reshape(windows, -1), size, metric),
             LinearCode.fit(features[:, :context_frames].reshape(windows, -1), context_size),
             dataset.length,
             context_frames,
@@ -115,12 +171,10 @@ class WindowCodec:
     def to_arrays(self) -> dict[str, FloatArray]:
         """Arrays to store; see `from_arrays`."""
         parts = {"window": self.window, "context": self.context}
-        return {f"{name}.{field}": getattr(code, field) for name, code in parts.items() for field in ("mean", "basis", "scale")}
+        return {f"{name}.{field}": getattr(code, field) for name, code in parts.items() for field in CODE_FIELDS}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray], features: int) -> WindowCodec:
         """The inverse of `to_arrays`; `features` is the number of features a frame."""
-        window, context = (
-            LinearCode(*(arrays[f"{name}.{field}"] for field in ("mean", "basis", "scale"))) for name in ("window", "context")
-        )
+        window, context = (LinearCode(*(arrays[f"{name}.{field}"] for field in CODE_FIELDS)) for name in ("window", "context"))
         return cls(window, context, len(window.mean) // features, len(context.mean) // features)

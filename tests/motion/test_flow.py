@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,10 @@ import torch
 
 from a2v.datasets import ClipSampler
 from a2v.errors import InputError
-from a2v.kinematics import bone_lengths
+from a2v.kinematics import CMU, bone_lengths
 from a2v.motion import MotionModel
 from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
-from a2v.motion.windows import LinearCode, WindowCodec, window_features
+from a2v.motion.windows import ROOT_WEIGHT, LinearCode, WindowCodec, foot_metric, window_features
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
 from export.storage import round_to_stored
@@ -68,6 +69,42 @@ def test_the_code_is_a_whitened_projection():
     assert np.allclose(code.decode(encoded), features, atol=1e-3)
 
 
+def test_the_foot_metric_is_the_sum_of_squares_it_states():
+    """Beside the features', the squares of the feet's places and steps, found joint by joint along the path to the root."""
+    rng = np.random.default_rng(0)
+    skeleton, frames = CMU, 4
+    lengths = rng.uniform(0.1, 0.5, skeleton.n_joints)
+    features = rng.normal(size=(frames, skeleton.n_joints, 3))
+    joints = np.zeros_like(features)
+    joints[:, 0] = features[:, 0] / ROOT_WEIGHT
+    for joint in range(1, skeleton.n_joints):
+        joints[:, joint] = joints[:, skeleton.parents[joint]] + features[:, joint] * lengths[joint]
+    feet = joints[:, list(skeleton.feet)] / lengths[1:].mean()
+    expected = (features**2).sum() + 2 * (feet**2).sum() + 5 * (np.diff(feet, axis=0) ** 2).sum()
+    flat = features.ravel()
+    assert flat @ foot_metric(skeleton, lengths, frames, place=2, step=5) @ flat == pytest.approx(expected)
+    assert np.array_equal(foot_metric(skeleton, lengths, frames, place=0, step=0), np.eye(flat.size))
+
+
+def test_a_code_under_a_metric_is_the_best_in_it():
+    rng = np.random.default_rng(1)
+    features = rng.normal(size=(300, 20)) * np.linspace(2, 0.2, 20) + 3
+    mixing = rng.normal(size=(20, 20))
+    metric = mixing @ mixing.T + np.eye(20)
+    plain, code = LinearCode.fit(features, 8), LinearCode.fit(features, 8, metric)
+    assert np.allclose(code.basis @ metric @ code.basis.T, np.eye(8), atol=1e-4)
+    encoded = code.encode(features)
+    assert np.allclose(np.cov(encoded, rowvar=False), np.eye(8), atol=0.02)
+    assert np.allclose(code.encode(code.decode(encoded)), encoded, atol=1e-3)
+
+    def left_out(fitted: LinearCode, under: np.ndarray) -> float:
+        missed = fitted.decode(fitted.encode(features)) - features
+        return float(np.einsum("mi,ij,mj->", missed, under, missed))
+
+    assert left_out(code, metric) < 0.9 * left_out(plain, metric)
+    assert left_out(plain, np.eye(20)) < 0.9 * left_out(code, np.eye(20))
+
+
 def test_a_code_cannot_be_larger_than_its_data():
     with pytest.raises(InputError, match="code of 50"):
         LinearCode.fit(np.zeros((20, 100), np.float32), 50)
@@ -110,6 +147,22 @@ def test_guidance_extrapolates_from_no_action():
         assert torch.allclose(network.guided(point, time, known, without, guidance), expected, atol=1e-5)
 
 
+def test_the_integration_is_of_second_order():
+    """Four times the error for half the steps, on a velocity whose path is known."""
+    network = FlowNetwork(1, SMALL)
+    network.forward = lambda point, time, condition: point * torch.cos(3 * time)[:, None]  # type: ignore[method-assign]
+    noise = torch.linspace(-2, 2, 12).double()[None]
+    exact = noise * np.exp(np.sin(3) / 3)
+    nothing = torch.zeros(1, 32)
+    errors = [float((network.integrate(noise, nothing, nothing, steps=steps) - exact).abs().max()) for steps in (16, 32, 64)]
+    for coarse, fine in pairwise(errors):
+        assert coarse / fine == pytest.approx(4, rel=0.15)
+    calls = []
+    network.guided = lambda point, *_: calls.append(1) or point  # type: ignore[method-assign]
+    network.integrate(noise, nothing, nothing, steps=7)
+    assert len(calls) == 8
+
+
 class Killed(Exception):
     pass
 
@@ -140,6 +193,36 @@ def test_a_killed_run_resumes_to_the_same_weights(data, tmp_path):
     resumed = train_flow(data, tmp_path / "parts", settings=SMALL)
     for a, b in zip(whole.network.parameters(), resumed.network.parameters(), strict=True):
         assert torch.equal(a, b)
+
+
+def test_a_run_goes_on_under_another_code(data, tmp_path):
+    """Turned to a code that keeps feet better, the weights move the same noise to nearly the same windows."""
+    settings = dataclasses.replace(SMALL, iterations=200, foot_place=0.0, foot_step=0.0)
+    first = train_flow(data, tmp_path / "first", settings=settings)
+    assert np.array_equal(first.codec.window.basis, first.codec.window.encoder)
+    initial = str(tmp_path / "first" / "flow.pt")
+    other = dataclasses.replace(SMALL, foot_step=4.0, iterations=1, learning_rate=1e-9, initial=initial)
+    second = train_flow(data, tmp_path / "second", settings=other)
+    untrained = train_flow(data, tmp_path / "third", settings=dataclasses.replace(other, initial=""))
+    for name in ("mean", "basis"):
+        assert np.array_equal(getattr(first.codec.context, name), getattr(second.codec.context, name))
+
+    def windows(model: FlowModel, noise: torch.Tensor) -> np.ndarray:
+        n, zeros = len(noise), torch.zeros(len(noise))
+        with torch.no_grad():
+            condition = model.network.condition(torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros)
+            return model.codec.window.decode(model.network.integrate(noise, condition, condition, steps=8).numpy())
+
+    codecs = first.codec.window, second.codec.window
+    between = (codecs[0].encoder @ codecs[1].basis.T) * codecs[1].scale / codecs[0].scale[:, None]
+    left, _, right = np.linalg.svd(between)
+    noise = torch.randn(50, 12, generator=torch.Generator().manual_seed(0))
+    made = windows(first, noise)
+    varied = np.linalg.norm(made - made.mean(0), axis=1).mean()
+    missed = [np.linalg.norm(windows(model, noise @ torch.from_numpy(left @ right)) - made, axis=1).mean() for model in (second, untrained)]
+    assert missed[0] < 0.2 * varied < 0.5 * missed[1]
+    with pytest.raises(InputError, match="other sizes"):
+        train_flow(data, tmp_path / "fourth", settings=dataclasses.replace(other, width=16))
 
 
 def test_onnx_equals_pytorch(exported, data):

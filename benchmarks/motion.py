@@ -17,12 +17,14 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import math
 import os
 import platform
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -261,8 +263,11 @@ def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
 def matrix_products(path: Path) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
     """(weight's name, rows, columns) of every product with a constant matrix: (outside, inside) of the loop over frames."""
     model = onnx.load(path)
-    guided = json.loads(model.metadata_props[0].value).get("guidance", 1) != 1
+    about = json.loads(model.metadata_props[0].value)
+    # a flow's first step has two evaluations of the network, the others one
+    guided = 1 + math.ceil(about["guided_until"] * about["steps"]) if about.get("guidance", 1) != 1 else 0
     origin: dict[str, str] = {}
+    uses: Counter[str] = Counter()
 
     def walk(graph: onnx.GraphProto, outside: dict[str, tuple[int, ...]]) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
         here: list[tuple[str, int, int]] = []
@@ -285,8 +290,10 @@ def matrix_products(path: Path) -> tuple[list[tuple[str, int, int]], list[tuple[
             elif node.op_type in ("MatMul", "Gemm") and len(known.get(node.input[1], ())) == 2:
                 rows, columns = known[node.input[1]]
                 turned = any(item.name == "transB" and item.i for item in node.attribute)
-                # with guidance a flow's blocks see every clip twice: with the action and without it
-                twice = guided and any(part in origin.get(node.input[1], node.input[1]) for part in ("blocks", "entry", "exit", "mix"))
+                # a guided flow's blocks see every clip twice: with the action and without it
+                name = origin.get(node.input[1], node.input[1])
+                twice = uses[node.input[1]] < guided and any(part in name for part in ("blocks", "entry", "exit", "mix"))
+                uses[node.input[1]] += 1
                 here += (1 + twice) * [(node.input[1], *((columns, rows) if turned else (rows, columns)))]
             for attribute in node.attribute:
                 if attribute.type == onnx.AttributeProto.GRAPH:

@@ -38,11 +38,13 @@ class WindowGraph(nn.Module):
     fade: Tensor
     path: Tensor
 
-    def __init__(self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float, temperature: float) -> None:
+    def __init__(
+        self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float, temperature: float, guided_until: float = 1.0
+    ) -> None:
         super().__init__()
         codec = model.codec
         self.network, self.skeleton, self.steps = model.network, dataset.skeleton, steps
-        self.guidance, self.temperature = guidance, temperature
+        self.guidance, self.guided_until, self.temperature = guidance, guided_until, temperature
         self.frames, self.context_frames, self.metres_per_unit = codec.frames, codec.context_frames, dataset.frame.metres_per_unit
         self.register_buffer("mean", torch.from_numpy(codec.window.mean))
         self.register_buffer("basis", torch.from_numpy(codec.window.basis * codec.window.scale[:, None]))
@@ -78,7 +80,9 @@ class WindowGraph(nn.Module):
         condition = self.network.condition(actions, active, code, has_context)
         nothing = torch.full_like(actions, self.network.n_actions)
         without = self.network.condition(nothing, active, code, has_context)
-        window = self.network.integrate(self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance)
+        window = self.network.integrate(
+            self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance, guided_until=self.guided_until
+        )
         features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
         # the given frames exactly, then a fade of what the window missed at the last of them
         missed = given - features[:, : self.context_frames]
@@ -101,6 +105,7 @@ def export_flow(
     extra: Mapping[str, Any] | None = None,
     steps: int = STEPS,
     guidance: float = GUIDANCE,
+    guided_until: float = 1.0,
     temperature: float = 1.0,
 ) -> None:
     """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
@@ -117,8 +122,8 @@ def export_flow(
         More metadata; must be JSON.
     steps : int
         Steps of the integration; see `FlowNetwork.integrate`.
-    guidance : float
-        See `FlowNetwork.guided`.
+    guidance, guided_until : float
+        See `FlowNetwork.integrate`.
     temperature : float
         The noise is multiplied by it: less makes clips that are more typical of their action, and less varied.
 
@@ -130,7 +135,7 @@ def export_flow(
     demand_temperature(temperature)
     codec, settings = model.codec, model.network.settings
     joints = dataset.skeleton.n_joints
-    graph = WindowGraph(model, dataset, steps, guidance, temperature).cpu().eval()
+    graph = WindowGraph(model, dataset, steps, guidance, temperature, guided_until).cpu().eval()
     round_to_stored(graph)
     arguments = (
         torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),
@@ -153,7 +158,9 @@ def export_flow(
         "latent_size": settings.code_size,
         "window_frames": codec.frames,
         "context_frames": codec.context_frames,
+        "steps": steps,
         "guidance": guidance,
+        "guided_until": guided_until,
         "temperature": temperature,
         # how much of a window moves before its clip ends: sorted, one entry a clip, by action
         "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],

@@ -176,7 +176,9 @@ class FlowNetwork(nn.Module):
         result: Tensor = unknown + guidance * (known - unknown)
         return result
 
-    def integrate(self, noise: Tensor, condition: Tensor, without: Tensor, *, steps: int, guidance: float = 1.0) -> Tensor:
+    def integrate(
+        self, noise: Tensor, condition: Tensor, without: Tensor, *, steps: int, guidance: float = 1.0, guided_until: float = 1.0
+    ) -> Tensor:
         """Carry noise (B, D) at time 0 to codes at time 1.
 
         Adams and Bashforth's second order: a step extrapolates from the last two velocities, so that it costs one
@@ -190,13 +192,17 @@ class FlowNetwork(nn.Module):
         steps : int
         guidance : float
             1 for none.
+        guided_until : float
+            Steps that start at this time or later are not guided: the action is settled early, and pushing what
+            follows only takes variety away (Kynkäänniemi et al. 2024).
         """
         point, before = noise, None
         for step in range(steps):
             start = noise.new_full((noise.shape[0],), step / steps)
-            velocity = self.guided(point, start, condition, without, guidance)
+            push = guidance if step / steps < guided_until else 1.0
+            velocity = self.guided(point, start, condition, without, push)
             if before is None:
-                slope = self.guided(point + velocity * (0.5 / steps), start + 0.5 / steps, condition, without, guidance)
+                slope = self.guided(point + velocity * (0.5 / steps), start + 0.5 / steps, condition, without, push)
             else:
                 slope = 1.5 * velocity - 0.5 * before
             point, before = point + slope / steps, velocity

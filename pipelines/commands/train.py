@@ -55,6 +55,9 @@ def add_arguments(parser: Any) -> None:
         "--guidance", type=float, default=GUIDANCE, help="how far the exported flow is pushed towards the action; 1: not (train flow)"
     )
     parser.add_argument(
+        "--guided_until", type=float, default=1.0, help="time of the exported flow, from 0 to 1, after which it is not pushed (train flow)"
+    )
+    parser.add_argument(
         "--temperature",
         type=float,
         default=1.0,
@@ -141,7 +144,7 @@ def _train_flow(settings: Any) -> int:
             show(row, {"loss": row["loss"]})
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
-    extra = {"training": vars(chosen)} | unseen
+    extra = {"training": vars(chosen) | {"initial": Path(chosen.initial).name}} | unseen  # no paths of this machine
     export_flow(
         model,
         dataset,
@@ -149,6 +152,7 @@ def _train_flow(settings: Any) -> int:
         licence=settings.licence,
         extra=extra,
         guidance=settings.guidance,
+        guided_until=settings.guided_until,
         temperature=settings.temperature,
     )
     print(out / "motion.onnx")

@@ -163,6 +163,17 @@ def test_the_integration_is_of_second_order():
     assert len(calls) == 8
 
 
+def test_guidance_ends_where_it_is_told_to():
+    network = FlowNetwork(1, SMALL)
+    asked = []
+    network.guided = lambda point, time, known, without, guidance: asked.append(guidance) or point  # type: ignore[method-assign]
+    nothing = torch.zeros(1, 32)
+    for until in (0.6, 1.0, 0.0):
+        network.integrate(torch.ones(1, 12), nothing, nothing, steps=5, guidance=3.0, guided_until=until)
+    # the first step has two evaluations; steps start at 0, .2, .4, .6, .8
+    assert asked == [3, 3, 3, 3, 1, 1] + [3] * 6 + [1] * 6
+
+
 class Killed(Exception):
     pass
 
@@ -256,14 +267,14 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
     before = [parameter.clone() for parameter in network.parameters()]
     with pytest.raises(InputError, match="temperature is 0"):
         export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", temperature=0.0)
-    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2, temperature=0.8)
+    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2, temperature=0.8, guidance=GUIDANCE, guided_until=0.5)
     size = 4 * sum(parameter.numel() for parameter in network.parameters())
     stored = (tmp_path / "wide.onnx").read_bytes()
     assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes
     assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
     moved = [float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)]
     assert 1e-4 < max(moved) < 0.015
-    graph = WindowGraph(model, data, 2, GUIDANCE, 1.0).eval()
+    graph = WindowGraph(model, data, 2, GUIDANCE, 1.0, 0.5).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     noise, lengths = rng.standard_normal((3, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32)

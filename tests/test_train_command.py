@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import shutil
 import zipfile
@@ -95,8 +96,26 @@ def test_a_folder_of_bvh_is_checked_learned_sampled_and_measured(tmp_path, own_a
     assert main([*measure, "--state", "zeros"]) == 0
     zeros = json.loads(table.with_suffix(".json").read_text())
     assert zeros["classifier"] == content["classifier"]
+    table.with_suffix(".json").unlink()  # or its rows would be kept
     assert main([*measure, "--state", "zeros"]) == 0
     assert json.loads(table.with_suffix(".json").read_text()) == zeros
+
+    # rows of the same protocol and model are kept (this one says so), another model's is added
+    known = copy.deepcopy(zeros)
+    known["scores"]["lie (motion.onnx)"]["fid"] = known["actions"]["scores"]["jump"]["Real motions"]["fid"] = [123.0]
+    table.with_suffix(".json").write_text(json.dumps(known))
+    other = shutil.copy(model.path, tmp_path / "other.onnx")
+    assert main([*measure, "--state", "zeros", "--model", str(other)]) == 0
+    both = json.loads(table.with_suffix(".json").read_text())
+    assert both["scores"]["lie (motion.onnx)"]["fid"] == both["actions"]["scores"]["jump"]["Real motions"]["fid"] == [123.0]
+    assert both["scores"]["lie (other.onnx)"] == zeros["scores"]["lie (motion.onnx)"]
+    assert "| lie (motion.onnx) | 123.000 |" in table.read_text()
+    assert "unfinished" not in both
+    # under another protocol, or from a file that is no such table, nothing is
+    for content in (json.dumps(known | {"protocol": {}}), "[1]"):
+        table.with_suffix(".json").write_text(content)
+        assert main([*measure, "--state", "zeros"]) == 0
+        assert json.loads(table.with_suffix(".json").read_text()) == zeros
 
 
 def test_what_is_wrong_with_data_is_one_line_and_exit_code_2(tmp_path, own_actions, capsys):

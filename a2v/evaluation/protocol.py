@@ -18,6 +18,7 @@ from a2v.evaluation.physics import PhysicsMetrics, joints_physics
 from a2v.motion import MotionModel
 from a2v.types import FloatArray, IntArray, Progress
 
+REAL = "Real motions"
 METRICS = ("fid", "accuracy", "diversity", "multimodality")
 
 Generate = Callable[[IntArray, FloatArray, np.random.Generator], FloatArray]
@@ -119,9 +120,13 @@ def evaluate(
     evaluator: Evaluator,
     settings: EvaluationSettings | None = None,
     *,
+    known: Mapping[str, Scores] | None = None,
     progress: Progress | None = None,
+    on_row: Callable[[Scores], None] | None = None,
 ) -> list[Scores]:
     """Score models, with real motions as the first row.
+
+    Every row draws from generators of its own, the same for all: the same actions, bones and first states, whatever else is measured.
 
     Parameters
     ----------
@@ -132,6 +137,11 @@ def evaluate(
     evaluator : Evaluator
         A classifier of the data set's actions.
     settings : EvaluationSettings
+    known : name -> Scores
+        Rows of the same protocol, data and classifier, which are not measured again.
+    progress : callable
+    on_row : callable
+        Called with every row that was measured, at once.
 
     Returns
     -------
@@ -141,35 +151,47 @@ def evaluate(
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
     sampler = ClipSampler(dataset, dataset.length)
-    present = np.unique(dataset.labels)
-    names = ["Real motions", *models]
-    values: dict[str, dict[str, list[float]]] = {name: {metric: [] for metric in METRICS} for name in names}
-    physics: dict[str, PhysicsMetrics] = {}
-    for repeat in range(settings.repeats):
-        generator = np.random.default_rng([settings.seed, repeat])
+    rows = {name: known[name] for name in [REAL, *models] if known is not None and name in known}
+    wanted = [name for name in [REAL, *models] if name not in rows]
+    references: list[FloatArray] = []
+    for repeat in range(settings.repeats if wanted else 0):
+        generator = np.random.default_rng([settings.seed, repeat, 0])
         reference, _, _ = sampler.batch(settings.clips, generator)
-        real, _ = evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)
-        for done, name in enumerate(names):
-            if name == "Real motions":
-                motions, labels, _ = sampler.batch(settings.clips, generator)
-                motions = dataset.frame.flip(motions)
-            else:
-                clips = generator.integers(0, len(dataset), settings.clips)
-                uniform = settings.labels == "uniform"
-                labels = present[generator.integers(0, len(present), settings.clips)] if uniform else dataset.labels[clips]
-                motions = models[name](labels, dataset.clip_bone_lengths[clips], generator)
+        references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+    for done, name in enumerate(wanted):
+        values: dict[str, list[float]] = {metric: [] for metric in METRICS}
+        physics: PhysicsMetrics | None = None
+        for repeat, real in enumerate(references):
+            generator = np.random.default_rng([settings.seed, repeat, 1])
+            motions, labels = _draw(models.get(name), dataset, sampler, settings, generator)
             features, predicted = evaluator(motions, state=settings.state, generator=generator)
-            row = values[name]
-            row["fid"].append(fid(real, features))
-            row["accuracy"].append(accuracy(predicted, labels))
-            row["diversity"].append(diversity(features, generator))
-            row["multimodality"].append(multimodality(features, labels, generator))
+            values["fid"].append(fid(real, features))
+            values["accuracy"].append(accuracy(predicted, labels))
+            values["diversity"].append(diversity(features, generator))
+            values["multimodality"].append(multimodality(features, labels, generator))
             if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
                 world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(dataset.frame.metres_per_unit)
-                physics[name] = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
+                physics = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
             if progress is not None:
-                progress(repeat * len(names) + done + 1, settings.repeats * len(names))
-    return [Scores(name, {metric: tuple(numbers) for metric, numbers in values[name].items()}, physics.get(name)) for name in names]
+                progress(done * settings.repeats + repeat + 1, settings.repeats * len(wanted))
+        rows[name] = Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
+        if on_row is not None:
+            on_row(rows[name])
+    return [rows[name] for name in [REAL, *models]]
+
+
+def _draw(
+    generate: Generate | None, dataset: ActionDataset, sampler: ClipSampler, settings: EvaluationSettings, generator: np.random.Generator
+) -> tuple[FloatArray, IntArray]:
+    """Native motions and labels of one repeat: recorded ones for None."""
+    if generate is None:
+        recordings, labels, _ = sampler.batch(settings.clips, generator)
+        return dataset.frame.flip(recordings), labels
+    clips = generator.integers(0, len(dataset), settings.clips)
+    present = np.unique(dataset.labels)
+    uniform = settings.labels == "uniform"
+    labels = present[generator.integers(0, len(present), settings.clips)] if uniform else dataset.labels[clips]
+    return generate(labels, dataset.clip_bone_lengths[clips], generator), labels
 
 
 def evaluate_actions(
@@ -179,6 +201,7 @@ def evaluate_actions(
     actions: Sequence[str],
     settings: EvaluationSettings | None = None,
     *,
+    known: Mapping[str, Mapping[str, Scores]] | None = None,
     progress: Progress | None = None,
 ) -> dict[str, list[Scores]]:
     """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
@@ -189,6 +212,8 @@ def evaluate_actions(
     ----------
     actions : names out of ``dataset.actions``
         The paper's are Walk and Jump of CMU, with 500 clips.
+    known : action -> name -> Scores
+        See `evaluate`.
 
     Returns
     -------
@@ -212,7 +237,7 @@ def evaluate_actions(
             if progress is not None:
                 progress(before * total + part, len(actions) * total)
 
-        tables[action] = evaluate(models, own, evaluator, settings, progress=report_part)
+        tables[action] = evaluate(models, own, evaluator, settings, known=(known or {}).get(action), progress=report_part)
     return tables
 
 
@@ -263,12 +288,24 @@ def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
     }
 
 
+def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scores]:
+    """The inverse of `scores_as_dict`, by name."""
+    return {
+        name: Scores(
+            name,
+            {metric: tuple(row[metric]) for metric in METRICS},
+            PhysicsMetrics(**row["physics"]) if "physics" in row else None,
+        )
+        for name, row in content.items()
+    }
+
+
 def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings) -> dict[str, Any]:
     """Everything a reader needs to reproduce a table, as JSON."""
     from a2v import __version__
 
     return {
-        "protocol": dataclasses.asdict(settings) | {"frames": dataset.length},
+        "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
         "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},
         "versions": {"a2v": __version__, "numpy": np.__version__, "torch": str(torch.__version__)},

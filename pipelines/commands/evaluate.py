@@ -29,6 +29,7 @@ EXAMPLES = """examples:
 
 Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
 deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
+Rows that --out already has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model is added at its own cost.
 --evaluator is the trained action classifier; by default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is
 trained first (with the settings --classifier) if it is not there.
 --held_out adds a table against the clips of these people alone (auto: those that `a2v train --held_out auto` leaves out)."""
@@ -120,7 +121,9 @@ def open_models(names: list[str], dataset: ActionDataset) -> dict[str, MotionMod
 def run(settings: Any) -> int:
     """Measure; print the tables."""
     from a2v.evaluation.protocol import (
+        REAL,
         EvaluationSettings,
+        Scores,
         action_table,
         evaluate,
         evaluate_actions,
@@ -146,12 +149,25 @@ def run(settings: Any) -> int:
     evaluator = find_evaluator(settings, dataset)
     models: Mapping[str, Generate] = {name: generator_of(model, dataset.length) for name, model in opened.items()}
 
+    described = {name: {"sha256": model.digest, "trained_on": model.metadata.get("dataset_digest")} for name, model in opened.items()}
+    measured: list[Scores] = []
+
+    def content_of(rows: list[Scores]) -> dict[str, Any]:
+        names = {row.name for row in rows}
+        return report(rows, dataset, evaluator, protocol) | {"models": {name: about for name, about in described.items() if name in names}}
+
+    # rows that the file has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model can be added
+    known = _known_rows(out.with_suffix(".json"), content_of([]), described)
+    measured += [row for name, row in known["scores"].items() if name in {REAL, *models}]
+
+    def keep(row: Scores) -> None:
+        measured.append(row)
+        _write_json(out, content_of(measured) | {"unfinished": True})
+
     with bar("evaluate", "set") as progress:
-        scores = evaluate(models, dataset, evaluator, protocol, progress=progress)
+        scores = evaluate(models, dataset, evaluator, protocol, known=known["scores"], progress=progress, on_row=keep)
     text = [f"# {dataset.name}", f"Protocol: {protocol.name}; classifier {evaluator.source}.", markdown_table(scores)]
-    content = report(scores, dataset, evaluator, protocol) | {
-        "models": {name: {"sha256": model.digest, "trained_on": model.metadata.get("dataset_digest")} for name, model in opened.items()}
-    }
+    content = content_of(scores)
     if physics := physics_table(scores):
         text += [
             f"Physical plausibility of {min(protocol.physics_clips, protocol.clips)} clips (real motions are not at zero either):",
@@ -159,10 +175,9 @@ def run(settings: Any) -> int:
         ]
     if settings.actions:
         alone = EvaluationSettings(**{**vars(protocol), "clips": min(500, protocol.clips), "physics_clips": 0})
+        named = [name.strip() for name in settings.actions.split(",")]
         with bar("actions", "set") as progress:
-            tables = evaluate_actions(
-                models, dataset, evaluator, [name.strip() for name in settings.actions.split(",")], alone, progress=progress
-            )
+            tables = evaluate_actions(models, dataset, evaluator, named, alone, known=known["actions"], progress=progress)
         text += [
             f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
             action_table(tables),
@@ -179,11 +194,36 @@ def run(settings: Any) -> int:
     joined = "\n\n".join(text) + "\n"
     with atomic_path(out) as temporary:
         temporary.write_text(joined)
-    with atomic_path(out.with_suffix(".json")) as temporary:
-        temporary.write_text(json.dumps(content, indent=1))
+    _write_json(out, content)
     print(joined)
     print(out)
     return 0
+
+
+def _write_json(out: Path, content: Mapping[str, Any]) -> None:
+    with atomic_path(out.with_suffix(".json")) as temporary:
+        temporary.write_text(json.dumps(content, indent=1))
+
+
+def _known_rows(path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Rows of an earlier table at `path` that measuring again would give again: ``scores`` by name, ``actions`` by action and name."""
+    from a2v.evaluation.protocol import REAL, scores_from_dict
+
+    nothing: dict[str, Any] = {"scores": {}, "actions": {}}
+    try:
+        old = json.loads(path.read_text())
+        same = all(old[part] == wanted[part] for part in ("protocol", "dataset", "classifier", "versions"))
+        if not same:
+            return nothing
+        kept = {REAL, *(name for name, about in models.items() if old["models"].get(name) == about)}
+
+        def rows(part: Mapping[str, Any]) -> dict[str, Any]:
+            return scores_from_dict({name: row for name, row in part.items() if name in kept})
+
+        actions = old.get("actions", {}).get("scores", {})
+        return {"scores": rows(old["scores"]), "actions": {action: rows(part) for action, part in actions.items()}}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return nothing  # none, or not such a table: it is measured anew and replaced
 
 
 def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, MotionModel]) -> str:

@@ -21,6 +21,8 @@ from a2v.evaluation.protocol import (
     physics_table,
     recorded,
     report,
+    scores_as_dict,
+    scores_from_dict,
 )
 from tests.motion.test_training import waving
 
@@ -72,6 +74,27 @@ def test_the_seed_reproduces_the_table_and_uniform_labels_are_uniform(setting):
     assert share[0] < 0.3 < share[1]
     first, second = (evaluate({"copies": recorded(dataset)}, dataset, evaluator, SETTINGS) for _ in range(2))
     assert [row.values for row in first] == [row.values for row in second]
+
+
+def test_a_row_does_not_depend_on_the_others_and_known_rows_are_kept(setting):
+    dataset, evaluator = setting
+    models = {"copies": recorded(dataset), "still": still(dataset)}
+    both = evaluate(models, dataset, evaluator, SETTINGS)
+    shown = []
+    alone = evaluate({"still": models["still"]}, dataset, evaluator, SETTINGS, on_row=shown.append)
+    assert [row.values for row in alone] == [both[0].values, both[2].values]
+    assert shown == alone
+
+    def never(labels, lengths, generator):
+        raise AssertionError("it is known")
+
+    known = scores_from_dict(json.loads(json.dumps(scores_as_dict(alone))))
+    assert list(known.values()) == alone
+    again = evaluate({"copies": models["copies"], "still": never}, dataset, evaluator, SETTINGS, known=known, on_row=shown.append)
+    assert [row.name for row in shown[2:]] == ["copies"]
+    assert again == both
+    tables = evaluate_actions({"still": never}, dataset, evaluator, ["slow"], SETTINGS, known={"slow": known})
+    assert tables["slow"] == alone
 
 
 def test_tables_and_reports_say_what_was_measured(setting):

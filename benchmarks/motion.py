@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import math
 import os
 import platform
 import subprocess
@@ -264,8 +263,10 @@ def matrix_products(path: Path) -> tuple[list[tuple[str, int, int]], list[tuple[
     """(weight's name, rows, columns) of every product with a constant matrix: (outside, inside) of the loop over frames."""
     model = onnx.load(path)
     about = json.loads(model.metadata_props[0].value)
-    # a flow's first step has two evaluations of the network, the others one
-    guided = 1 + math.ceil(about["guided_until"] * about["steps"]) if about.get("guidance", 1) != 1 else 0
+    # a flow's first step has two evaluations of the network, the others one (`FlowNetwork.integrate`)
+    guided = 0
+    if about.get("guidance", 1) != 1:
+        guided = 1 + sum(step / about["steps"] < about["guided_until"] for step in range(about["steps"]))
     origin: dict[str, str] = {}
     uses: Counter[str] = Counter()
 

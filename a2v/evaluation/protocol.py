@@ -151,8 +151,9 @@ def evaluate(
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
     sampler = ClipSampler(dataset, dataset.length)
-    rows = {name: known[name] for name in [REAL, *models] if known is not None and name in known}
-    wanted = [name for name in [REAL, *models] if name not in rows]
+    names = [REAL, *models]
+    rows = {name: row for name, row in (known or {}).items() if name in names}
+    wanted = [name for name in names if name not in rows]
     references: list[FloatArray] = []
     for repeat in range(settings.repeats if wanted else 0):
         generator = np.random.default_rng([settings.seed, repeat, 0])
@@ -177,7 +178,7 @@ def evaluate(
         rows[name] = Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
         if on_row is not None:
             on_row(rows[name])
-    return [rows[name] for name in [REAL, *models]]
+    return [rows[name] for name in names]
 
 
 def _draw(
@@ -305,6 +306,7 @@ def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluato
     from a2v import __version__
 
     return {
+        # "generator": tables from before every row had its own are another protocol
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
         "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -235,31 +236,24 @@ class WindowPool:
         return tuple(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context))  # type: ignore[return-value]
 
 
-def _carry_over(path: str, network: FlowNetwork, codec: WindowCodec) -> WindowCodec:
+def _stored_codec(content: Mapping[str, Any], features: int) -> WindowCodec:
+    """The codec of a run's ``flow.pt``, of `features` numbers a frame."""
+    return WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
+
+
+def _carry_over(path: str, network: FlowNetwork, codec: WindowCodec, features: int) -> WindowCodec:
     """Give `network` the averaged weights of another run, turned to the code of `codec`; the codec with that run's context.
 
-    Both codes are white, so windows that both can tell apart differ by a rotation Q, old = Q new, and a flow between
-    rotated noise and rotated codes is the same flow: only the first and the last layer see it.
+    A flow between rotated noise and rotated codes is the same flow: only the first and the last layer see the rotation.
     """
     content = read_checkpoint(path, STORED)
-    theirs = WindowCodec.from_arrays(
-        {name: array.numpy() for name, array in content["codec"].items()}, len(codec.window.mean) // codec.frames
-    )
-    weights = content["averaged"]
+    theirs, weights = _stored_codec(content, features), content["averaged"]
     shapes, wanted = ({name: tuple(tensor.shape) for name, tensor in part.items()} for part in (weights, network.state_dict()))
     if shapes != wanted or len(theirs.window.mean) != len(codec.window.mean) or theirs.context_frames != codec.context_frames:
         raise InputError(f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out")
-    between = (theirs.window.encoder @ codec.window.basis.T) * codec.window.scale / theirs.window.scale[:, None]
-    left, _, right = np.linalg.svd(between)
-    turn = torch.from_numpy(left @ right)
-    network.load_state_dict(
-        weights
-        | {
-            "entry.weight": weights["entry.weight"] @ turn,
-            "exit.weight": turn.T @ weights["exit.weight"],
-            "exit.bias": turn.T @ weights["exit.bias"],
-        }
-    )
+    turn = torch.from_numpy(theirs.window.rotation_to(codec.window))
+    turned = {"entry.weight": weights["entry.weight"] @ turn} | {name: turn.T @ weights[name] for name in ("exit.weight", "exit.bias")}
+    network.load_state_dict(weights | turned)
     return dataclasses.replace(codec, context=theirs.context)
 
 
@@ -297,14 +291,14 @@ def train_flow(
         optimizer.load_state_dict(content["optimizer"])
         iteration, log = content["iteration"], list(content["log"])
         # the stored basis, not a new one: eigenvectors are only defined up to their signs
-        codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
+        codec = _stored_codec(content, features)
     else:
         codec = WindowCodec.fit(
             dataset, size=settings.code_size, context_size=settings.context_size, context_frames=settings.context_frames,
             foot_place=settings.foot_place, foot_step=settings.foot_step, seed=settings.seed,
         )  # fmt: skip
         if settings.initial:
-            codec = _carry_over(settings.initial, network, codec)
+            codec = _carry_over(settings.initial, network, codec, features)
             averaged.load_state_dict(network.state_dict())
 
     def save() -> None:
@@ -375,7 +369,7 @@ def load_flow(folder: str | os.PathLike[str], dataset: ActionDataset) -> FlowMod
     if content["made_with"]["dataset_digest"] != dataset.digest:
         raise InputError(f"{path} was trained on other data than {dataset.name} here")
     settings = FlowSettings(**content["settings"])
-    codec = WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, 3 * dataset.skeleton.n_joints)
+    codec = _stored_codec(content, 3 * dataset.skeleton.n_joints)
     network = FlowNetwork(len(dataset.actions), settings)
     network.load_state_dict(content["averaged"])
     return FlowModel(network.eval(), codec)

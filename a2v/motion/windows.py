@@ -98,8 +98,8 @@ class LinearCode:
             raise InputError(f"a code of {size} numbers needs at least as many windows and features; got {features.shape}")
         mean = features.mean(axis=0, dtype=np.float64)
         centred = (features - mean).astype(np.float64)
-        root = np.eye(len(mean)) if metric is None else np.linalg.cholesky(metric)  # metric = root root^T
-        seen = centred @ root
+        root = None if metric is None else np.linalg.cholesky(metric)  # metric = root root^T
+        seen = centred if root is None else centred @ root
         covariance = seen.T @ seen / len(features)
         if size < covariance.shape[0] // 4:
             # a Krylov solver finds the leading few of thousands of directions in seconds; its start is fixed
@@ -109,13 +109,25 @@ class LinearCode:
         order = np.argsort(values)[::-1][:size]
         scale = np.sqrt(np.maximum(values[order], 1e-12))
         leading = vectors[:, order]
-        basis, encoder = solve_triangular(root, leading, lower=True, trans="T").T, (root @ leading).T
+        basis = encoder = leading.T
+        if root is not None:
+            basis, encoder = solve_triangular(root, leading, lower=True, trans="T").T, (root @ leading).T
         return cls(*(part.astype(np.float32) for part in (mean, basis, encoder, scale)))
 
     def encode(self, features: FloatArray) -> FloatArray:
         """Codes (M, D) of features (M, N)."""
         code: FloatArray = (features - self.mean) @ self.encoder.T / self.scale
         return code
+
+    def rotation_to(self, other: LinearCode) -> FloatArray:
+        """The rotation Q (D, D) float32 nearest to what turns codes of `other` into codes of this: this = Q other.
+
+        Both codes are white, so for windows that both can tell apart it is exact.
+        """
+        between = (self.encoder @ other.basis.T) * other.scale / self.scale[:, None]
+        left, _, right = np.linalg.svd(between)
+        rotation: FloatArray = left @ right
+        return rotation
 
     def decode(self, code: FloatArray) -> FloatArray:
         """Features (M, N) of codes (M, D)."""
@@ -159,8 +171,10 @@ class WindowCodec:
         sampler = ClipSampler(dataset, dataset.length)
         joints = sampler.windows(generator.integers(0, len(dataset), windows), generator)
         features = window_features(joints, dataset.skeleton)
-        lengths = np.median(dataset.clip_bone_lengths, axis=0)
-        metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=foot_place, step=foot_step)
+        metric = None
+        if foot_place or foot_step:
+            lengths = np.median(dataset.clip_bone_lengths, axis=0)
+            metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=foot_place, step=foot_step)
         return cls(
             LinearCode.fit(features.reshape(windows, -1), size, metric),
             LinearCode.fit(features[:, :context_frames].reshape(windows, -1), context_size),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from a2v.io import atomic_path
 if TYPE_CHECKING:
     from a2v.datasets import ActionDataset
     from a2v.evaluation.classifier import Evaluator
-    from a2v.evaluation.protocol import Generate
+    from a2v.evaluation.protocol import Generate, Scores
     from a2v.motion import MotionModel
 
 HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversity and multimodality beside real motions."
@@ -121,9 +121,7 @@ def open_models(names: list[str], dataset: ActionDataset) -> dict[str, MotionMod
 def run(settings: Any) -> int:
     """Measure; print the tables."""
     from a2v.evaluation.protocol import (
-        REAL,
         EvaluationSettings,
-        Scores,
         action_table,
         evaluate,
         evaluate_actions,
@@ -150,22 +148,21 @@ def run(settings: Any) -> int:
     models: Mapping[str, Generate] = {name: generator_of(model, dataset.length) for name, model in opened.items()}
 
     described = {name: {"sha256": model.digest, "trained_on": model.metadata.get("dataset_digest")} for name, model in opened.items()}
-    measured: list[Scores] = []
 
-    def content_of(rows: list[Scores]) -> dict[str, Any]:
+    def content_of(rows: Sequence[Scores]) -> dict[str, Any]:
         names = {row.name for row in rows}
         return report(rows, dataset, evaluator, protocol) | {"models": {name: about for name, about in described.items() if name in names}}
 
     # rows that the file has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model can be added
-    known = _known_rows(out.with_suffix(".json"), content_of([]), described)
-    measured += [row for name, row in known["scores"].items() if name in {REAL, *models}]
+    known, known_actions = _known_rows(out.with_suffix(".json"), content_of([]), described)
+    measured = list(known.values())
 
     def keep(row: Scores) -> None:
         measured.append(row)
         _write_json(out, content_of(measured) | {"unfinished": True})
 
     with bar("evaluate", "set") as progress:
-        scores = evaluate(models, dataset, evaluator, protocol, known=known["scores"], progress=progress, on_row=keep)
+        scores = evaluate(models, dataset, evaluator, protocol, known=known, progress=progress, on_row=keep)
     text = [f"# {dataset.name}", f"Protocol: {protocol.name}; classifier {evaluator.source}.", markdown_table(scores)]
     content = content_of(scores)
     if physics := physics_table(scores):
@@ -177,7 +174,7 @@ def run(settings: Any) -> int:
         alone = EvaluationSettings(**{**vars(protocol), "clips": min(500, protocol.clips), "physics_clips": 0})
         named = [name.strip() for name in settings.actions.split(",")]
         with bar("actions", "set") as progress:
-            tables = evaluate_actions(models, dataset, evaluator, named, alone, known=known["actions"], progress=progress)
+            tables = evaluate_actions(models, dataset, evaluator, named, alone, known=known_actions, progress=progress)
         text += [
             f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
             action_table(tables),
@@ -205,25 +202,25 @@ def _write_json(out: Path, content: Mapping[str, Any]) -> None:
         temporary.write_text(json.dumps(content, indent=1))
 
 
-def _known_rows(path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Rows of an earlier table at `path` that measuring again would give again: ``scores`` by name, ``actions`` by action and name."""
+def _known_rows(
+    path: Path, wanted: Mapping[str, Any], models: Mapping[str, Mapping[str, Any]]
+) -> tuple[dict[str, Scores], dict[str, dict[str, Scores]]]:
+    """Rows of an earlier table at `path` that measuring again would give again: by name, and those of single actions by action and name."""
     from a2v.evaluation.protocol import REAL, scores_from_dict
 
-    nothing: dict[str, Any] = {"scores": {}, "actions": {}}
     try:
         old = json.loads(path.read_text())
-        same = all(old[part] == wanted[part] for part in ("protocol", "dataset", "classifier", "versions"))
-        if not same:
-            return nothing
+        if any(old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")):
+            return {}, {}
         kept = {REAL, *(name for name, about in models.items() if old["models"].get(name) == about)}
 
-        def rows(part: Mapping[str, Any]) -> dict[str, Any]:
+        def rows(part: Mapping[str, Any]) -> dict[str, Scores]:
             return scores_from_dict({name: row for name, row in part.items() if name in kept})
 
         actions = old.get("actions", {}).get("scores", {})
-        return {"scores": rows(old["scores"]), "actions": {action: rows(part) for action, part in actions.items()}}
+        return rows(old["scores"]), {action: rows(part) for action, part in actions.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return nothing  # none, or not such a table: it is measured anew and replaced
+        return {}, {}  # none, or not such a table: it is measured anew and replaced
 
 
 def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, MotionModel]) -> str:

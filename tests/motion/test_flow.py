@@ -224,13 +224,11 @@ def test_a_run_goes_on_under_another_code(data, tmp_path):
             condition = model.network.condition(torch.ones(n, dtype=torch.int64), zeros + 1, torch.zeros(n, 5), zeros)
             return model.codec.window.decode(model.network.integrate(noise, condition, condition, steps=8).numpy())
 
-    codecs = first.codec.window, second.codec.window
-    between = (codecs[0].encoder @ codecs[1].basis.T) * codecs[1].scale / codecs[0].scale[:, None]
-    left, _, right = np.linalg.svd(between)
+    turn = first.codec.window.rotation_to(second.codec.window)
     noise = torch.randn(50, 12, generator=torch.Generator().manual_seed(0))
     made = windows(first, noise)
     varied = np.linalg.norm(made - made.mean(0), axis=1).mean()
-    missed = [np.linalg.norm(windows(model, noise @ torch.from_numpy(left @ right)) - made, axis=1).mean() for model in (second, untrained)]
+    missed = [np.linalg.norm(windows(model, noise @ torch.from_numpy(turn)) - made, axis=1).mean() for model in (second, untrained)]
     assert missed[0] < 0.2 * varied < 0.5 * missed[1]
     with pytest.raises(InputError, match="other sizes"):
         train_flow(data, tmp_path / "fourth", settings=dataclasses.replace(other, width=16))

@@ -4,20 +4,37 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import sha256
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 """Folder of the shipped models."""
+ROWS_AT_ONCE = 250
+"""Rows of one run in `run_rows`."""
 
 
 def open_session(path: Path, threads: int = 1) -> Any:
     """The `onnxruntime.InferenceSession` of a file, on the CPU; the last few are kept. Raises what onnxruntime raises."""
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
+
+
+def run_rows(session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+    """Outputs `names` of a graph whose inputs and outputs all have a row an item.
+
+    Many rows are run in turns: that takes less memory and is faster, since what a part makes stays in the caches.
+    """
+    rows = len(next(iter(feed.values())))
+    parts = [
+        session.run(names, {name: array[start : start + ROWS_AT_ONCE] for name, array in feed.items()})
+        for start in range(0, max(rows, 1), ROWS_AT_ONCE)
+    ]
+    return parts[0] if len(parts) == 1 else [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
 
 
 def file_digest(path: Path) -> str:

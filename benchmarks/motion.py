@@ -30,7 +30,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import onnx
 import onnxruntime
 import torch
 from onnx import TensorProto, helper, numpy_helper
@@ -259,70 +258,58 @@ def exported(decoder: str, folder: Path) -> tuple[MotionVAE, Path]:
     return state.model.eval(), path
 
 
-def matrix_products(path: Path) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
-    """(weight's name, rows, columns) of every product with a constant matrix: (outside, inside) of the loop over frames."""
-    model = onnx.load(path)
-    about = json.loads(model.metadata_props[0].value)
-    # a flow's first step has two evaluations of the network, the others one (`FlowNetwork.integrate`)
-    guided = 0
-    if about.get("guidance", 1) != 1:
-        guided = 1 + sum(step / about["steps"] < about["guided_until"] for step in range(about["steps"]))
-    origin: dict[str, str] = {}
-    uses: Counter[str] = Counter()
-
-    def walk(graph: onnx.GraphProto, outside: dict[str, tuple[int, ...]]) -> tuple[list[tuple[str, int, int]], list[tuple[str, int, int]]]:
-        here: list[tuple[str, int, int]] = []
-        inside: list[tuple[str, int, int]] = []
-        known = outside | {item.name: tuple(item.dims) for item in graph.initializer}
-        for node in graph.node:
-            # weights are unpacked from what they are stored as, and may be cut
-            if node.op_type in ("Cast", "Identity") and node.input[0] in known:
-                known[node.output[0]] = known[node.input[0]]
-                origin[node.output[0]] = origin.get(node.input[0], node.input[0])
-            elif node.op_type == "Mul" and all(name in known for name in node.input):
-                known[node.output[0]] = tuple(np.broadcast_shapes(*(known[name] for name in node.input)))
-                origin[node.output[0]] = origin.get(node.input[0], node.input[0])
-            elif node.op_type == "Split" and len(known.get(node.input[0], ())) == 2:
-                rows, columns = known[node.input[0]]
-                known |= dict.fromkeys(node.output, (rows // len(node.output), columns))
-                origin.update(dict.fromkeys(node.output, origin.get(node.input[0], node.input[0])))
-            elif node.op_type == "Transpose" and len(known.get(node.input[0], ())) == 2:
-                known[node.output[0]] = known[node.input[0]][::-1]
-            elif node.op_type in ("MatMul", "Gemm") and len(known.get(node.input[1], ())) == 2:
-                rows, columns = known[node.input[1]]
-                turned = any(item.name == "transB" and item.i for item in node.attribute)
-                # a guided flow's blocks see every clip twice: with the action and without it
-                name = origin.get(node.input[1], node.input[1])
-                twice = uses[node.input[1]] < guided and any(part in name for part in ("blocks", "entry", "exit", "mix"))
-                uses[node.input[1]] += 1
-                here += (1 + twice) * [(node.input[1], *((columns, rows) if turned else (rows, columns)))]
-            for attribute in node.attribute:
-                if attribute.type == onnx.AttributeProto.GRAPH:
-                    inside += walk(attribute.g, known)[0]
-        return here, inside
-
-    return walk(model.graph, {})
+PROBE = 101
+"""Clips of the run in which products are counted: a prime above every small size, so that it tells rows of clips from columns."""
 
 
-def products_session(products: list[tuple[str, int, int]], batch: int, threads: int) -> Callable[[], object]:
-    """An onnxruntime graph of these products alone, on inputs of `batch` rows."""
+def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
+    """How often one run does the product of (rows a clip, inner size, columns) with a matrix that is the same for all clips.
+
+    Taken from onnxruntime's own record of a run, after all it folded and fused.
+    """
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.enable_profiling = threads, True
+    found: Counter[tuple[int, int, int]] = Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        options.profile_file_prefix = str(Path(folder) / "products")
+        model = Model(path, threads=threads)
+        model.session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+        model.sample(model.metadata["actions"][0], FRAMES, PROBE)
+        events = json.loads(Path(model.session.end_profiling()).read_text())
+    for event in events:
+        about = event.get("args", {})
+        if not event["name"].endswith("kernel_time") or about.get("op_name") not in ("MatMul", "Gemm", "FusedGemm", "FusedMatMul"):
+            continue
+        (first, second, *_), (result, *_) = (
+            [next(iter(entry.values())) for entry in about[f"{side}_type_shape"]] for side in ("input", "output")
+        )
+        rows = int(np.prod(result[:-1]))
+        if len(second) == 2 and rows % PROBE == 0 and result[-1] % PROBE:
+            found[rows // PROBE, first[-1], result[-1]] += 1
+    return found
+
+
+def products_session(products: Counter[tuple[int, int, int]], clips: int, threads: int) -> Callable[[], object]:
+    """onnxruntime graphs of these products alone, each as often as it was counted."""
     generator = np.random.default_rng(0)
-    weights: dict[str, onnx.TensorProto] = {}
-    nodes, outputs = [], []
-    sizes = sorted({rows for _, rows, _ in products})
-    for place, (name, rows, columns) in enumerate(products):
-        if name not in weights:
-            weights[name] = numpy_helper.from_array(generator.standard_normal((rows, columns), dtype=np.float32), f"w{len(weights)}")
-        nodes.append(helper.make_node("MatMul", [f"x{rows}", weights[name].name], [f"y{place}"]))
-        outputs.append(helper.make_tensor_value_info(f"y{place}", TensorProto.FLOAT, [batch, columns]))
-    inputs = [helper.make_tensor_value_info(f"x{rows}", TensorProto.FLOAT, [batch, rows]) for rows in sizes]
-    graph = helper.make_graph(nodes, "products", inputs, outputs, initializer=list(weights.values()))
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=10)
     settings = onnxruntime.SessionOptions()
     settings.intra_op_num_threads = threads
-    session = onnxruntime.InferenceSession(model.SerializeToString(), settings, providers=["CPUExecutionProvider"])
-    feed = {f"x{rows}": generator.standard_normal((batch, rows), dtype=np.float32) for rows in sizes}
-    return lambda: session.run(None, feed)
+    runs = []
+    for (rows, inner, columns), times in products.items():
+        weight = numpy_helper.from_array(generator.standard_normal((inner, columns), dtype=np.float32), "w")
+        shapes = {"x": [clips * rows, inner], "y": [clips * rows, columns]}
+        x, y = (helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in shapes.items())
+        graph = helper.make_graph([helper.make_node("MatMul", ["x", "w"], ["y"])], "product", [x], [y], initializer=[weight])
+        model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=10)
+        session = onnxruntime.InferenceSession(model.SerializeToString(), settings, providers=["CPUExecutionProvider"])
+        runs.append((session, {"x": generator.standard_normal(shapes["x"], dtype=np.float32)}, times))
+
+    def work() -> None:
+        for session, feed, times in runs:
+            for _ in range(times):
+                session.run(None, feed)
+
+    return work
 
 
 def sampling(options: argparse.Namespace) -> dict[str, Any]:
@@ -335,17 +322,9 @@ def sampling(options: argparse.Namespace) -> dict[str, Any]:
         for name, path in files.items():
             model = Model(path, threads=options.threads)
             action = model.metadata["actions"][0]
-            outside, inside = matrix_products(path)
-            stated = sum(2 * CLIPS * rows * columns for _, rows, columns in outside) + FRAMES * sum(
-                2 * CLIPS * rows * columns for _, rows, columns in inside
-            )
-            parts = [(products_session(part, CLIPS, options.threads), times) for part, times in ((outside, 1), (inside, FRAMES)) if part]
-
-            def products(parts: list[tuple[Callable[[], object], int]] = parts) -> None:
-                for run, times in parts:
-                    for _ in range(times):
-                        run()
-
+            counted = matrix_products(path, options.threads)
+            stated = sum(2 * CLIPS * rows * inner * columns * times for (rows, inner, columns), times in counted.items())
+            products = products_session(counted, CLIPS, options.threads)
             one = in_turns({"one": lambda: model.sample(action, FRAMES, 1)}, max(20, options.repeats), options.clock)["one"]  # noqa: B023
             many = in_turns({"clips": lambda: model.sample(action, FRAMES, CLIPS), "products": products}, options.repeats, options.clock)  # noqa: B023
             results[name] = {"one_clip": one, "clips": many["clips"], "products": many["products"], "flop": stated}

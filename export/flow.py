@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
-from a2v.kinematics import inverse_kinematics
+from a2v.kinematics import bone_turns
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
 from export.motion import demand_temperature, describe_data
@@ -88,12 +88,17 @@ class WindowGraph(nn.Module):
         missed = given - features[:, : self.context_frames]
         held = torch.cat([missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1)
         features = features + has_context[:, None, None] * self.fade * held
-        vectors = features[..., 3:].reshape(noise.shape[0], self.frames, self.skeleton.n_joints - 1, 3)
-        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(-1, keepdim=True)), min=1e-6)
-        bones = directions * bone_lengths[:, None, 1:, None]
         root = (features[..., :3] - features[:, :1, :3]) / ROOT_WEIGHT
-        joints = self.path @ bones + root[:, :, None]
-        return joints * self.metres_per_unit, inverse_kinematics(joints, self.skeleton)
+        # from here on all frames of all clips come last: operations along rows of three cost onnxruntime several times as much
+        n, size = self.skeleton.n_joints, (noise.shape[0], self.frames, self.skeleton.n_joints, 3)
+        vectors = features[..., 3:].flatten(0, 1).T.reshape(n - 1, 3, -1)
+        directions = vectors / torch.clamp(torch.sqrt((vectors * vectors).sum(1, keepdim=True)), min=1e-6)
+        lengths = bone_lengths[:, 1:].T[:, None, :, None]
+        bones = (directions.reshape(n - 1, 3, -1, self.frames) * lengths).reshape(n - 1, -1)
+        joints = (self.path @ bones).reshape(n, 3, -1) + root.flatten(0, 1).T
+        turns = bone_turns(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
+        made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, turns))
+        return tuple(made)  # type: ignore[return-value]
 
 
 def export_flow(

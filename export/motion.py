@@ -17,34 +17,36 @@ from typing import Any
 import numpy as np
 import onnx
 import onnx.compose
+import onnxscript.optimizer
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, inverse_kinematics
-from a2v.motion.networks import MotionVAE, gru_step
-from export.storage import OPSET, round_to_stored, save_model, shrink
+from a2v.kinematics import inverse_kinematics
+from a2v.kinematics.gradient import Turns, bone_ends, chain_frames, joint_positions
+from a2v.motion.networks import MotionVAE
+from a2v.motion.recurrence import generator_entry, generator_exit, gru_weights, joined
+from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink
 
 FORMAT = "a2v-motion/1"
 
 
-class _OneFrameGRU(nn.Module):
-    """Stands in for GLMI-R's GRU over a single frame."""
-
-    def __init__(self, gru: nn.GRU) -> None:
-        super().__init__()
-        self.gru = gru
-
-    def forward(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Output (B, 1, H) and state (1, B, H) of inputs (B, 1, D)."""
-        new = gru_step(self.gru, 0, inputs[:, 0], state[0])
-        return new[:, None], new[None]
+def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
+    """New state (B, H) for ``weight_ih @ x + bias_ih`` (B, 3H), written out: it exports to a handful of nodes, which nn.GRU does not."""
+    resets, updates, candidates = gates.chunk(3, 1)
+    by_reset, by_update, by_candidate = nn.functional.linear(state, weight, bias).chunk(3, 1)
+    candidate = torch.tanh(candidates + torch.sigmoid(resets + by_reset) * by_candidate)
+    return candidate + torch.sigmoid(updates + by_update) * (state - candidate)
 
 
 class StepGraph(nn.Module):
-    """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the meaning."""
+    """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the meaning.
+
+    For one clip it is the number of nodes that costs: layers without a non-linearity between them are one product, and
+    what can be done for all frames at once is left to `RotationsGraph`.
+    """
 
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
@@ -62,50 +64,81 @@ class StepGraph(nn.Module):
         time: Tensor,
         lengths: Tensor,
     ) -> tuple[Tensor, ...]:
-        """New (previous, prior, low, high, trajectory) and (joints, rotations) (B, J, 3) of the frame, native units."""
-        model = self.model
-        batch = previous.shape[0]
-        context = torch.cat([previous.reshape(batch, -1), action, time], -1)
-        prior = gru_step(model.prior.gru, 0, model.prior.encoder(context), prior)
-        latent = model.prior.mu_net(prior) + torch.exp(0.5 * model.prior.logvar_net(prior)) * noise
-        low = gru_step(model.generator.gru, 0, model.generator.encoder(torch.cat([context, latent], -1)), low)
-        high = gru_step(model.generator.gru, 1, low, high)
-        outputs = model.generator.decoder(high)
-        decoder = model.pose_decoder
-        gru = decoder.velocity_gru
-        if gru is None:
-            pose = decoder(outputs[:, None], previous[:, None], lengths)
+        """New (previous, prior, low, high, trajectory), native units, and but for the plain decoder the turns (B, 3 n), in the
+        plan's order and from -1 to 1; `lengths` are (n, B)."""
+        model, decoder = self.model, self.model.pose_decoder
+        n, gru = model.skeleton.n_joints, model.generator.gru
+        poses = previous.flatten(1)
+        context = torch.cat([poses, action, time], -1)
+        gates = nn.functional.linear(context, *joined(model.prior.encoder, *gru_weights(model.prior.gru, 0, "ih")))
+        prior = _gru_step(gates, prior, *gru_weights(model.prior.gru, 0, "hh"))
+        nets = model.prior.mu_net, model.prior.logvar_net
+        moments = nn.functional.linear(prior, torch.cat([net.weight for net in nets]), torch.cat([net.bias for net in nets]))
+        mean, logvar = moments.chunk(2, 1)
+        latent = mean + torch.exp(0.5 * logvar) * noise
+        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model))
+        low = _gru_step(gates, low, *gru_weights(gru, 0, "hh"))
+        high = _gru_step(nn.functional.linear(low, *gru_weights(gru, 1, "ih")), high, *gru_weights(gru, 1, "hh"))
+        outputs = nn.functional.linear(high, *generator_exit(model))
+        if decoder.lie_output is None:
+            return outputs.reshape(-1, n, 3), prior, low, high, trajectory
+        turns, rest = torch.tanh(outputs[:, : 3 * n - 3]), outputs[:, 3 * n - 3 :]
+        frames = chain_frames(Turns.of((torch.pi * turns).T.reshape(n - 1, 3, -1)), decoder.plan)
+        local = joint_positions(bone_ends(frames, lengths, decoder.plan), decoder.plan).flatten(0, 1).T
+        root = rest
+        if decoder.velocity_net is not None:
+            trajectory, velocity = self._velocity(local, poses, rest, trajectory)
+            root = previous[:, 0] + velocity
+        joints = local.reshape(-1, n, 3) + root[:, None]
+        return joints, prior, low, high, trajectory, turns
+
+    def _velocity(self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor) -> tuple[Tensor, Tensor]:
+        """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J) and h^o."""
+        decoder, size = self.model.pose_decoder, poses.shape[1]
+        assert decoder.velocity_net is not None
+        layers = list(decoder.velocity_net.children()) or [decoder.velocity_net]
+        inputs = torch.cat([local, poses, told], -1)
+        first = layers[0] if decoder.velocity_gru is None else decoder.velocity_in
+        assert isinstance(first, nn.Linear)
+        # poses count relative to their root: the root's columns take off what the others add
+        before = first.weight[:, size : 2 * size]
+        shared = before.reshape(len(before), -1, 3).sum(1)
+        weight = torch.cat([first.weight[:, :size], before[:, :3] - shared, before[:, 3:], first.weight[:, 2 * size :]], 1)
+        if decoder.velocity_gru is None:
+            hidden = nn.functional.linear(inputs, weight, first.bias)
         else:
-            decoder.velocity_gru = _OneFrameGRU(gru)  # type: ignore[assignment]
-            try:
-                pose = decoder(outputs[:, None], previous[:, None], lengths, trajectory[None])
-            finally:
-                decoder.velocity_gru = gru
-            trajectory = pose.state[0]
-        joints = pose.joints[:, 0]
-        # the plain decoder knows no rotations: `sequence_model` finds them for all frames at once
-        rotations = joints if pose.rotations is None else pose.rotations[:, 0]
-        return joints, prior, low, high, trajectory, joints, rotations
+            into, offset = gru_weights(decoder.velocity_gru, 0, "ih")
+            gates = nn.functional.linear(inputs, into @ weight, into @ first.bias + offset)
+            hidden = trajectory = _gru_step(gates, trajectory, *gru_weights(decoder.velocity_gru, 0, "hh"))
+        for layer in layers if decoder.velocity_gru is not None else layers[1:]:
+            hidden = layer(hidden)
+        return trajectory, hidden
 
 
 class RotationsGraph(nn.Module):
-    """Rotation vectors (B, T, J, 3) of joints (B, T, J, 3)."""
+    """Rotation vectors (B, T, J, 3) of all frames: of the plain decoder's joints (B, T, J, 3), else of `StepGraph`'s turns."""
 
-    def __init__(self, skeleton: Skeleton) -> None:
+    def __init__(self, model: MotionVAE) -> None:
         super().__init__()
-        self.skeleton = skeleton
+        self.skeleton, self.plain = model.skeleton, model.settings.decoder == "plain"
+        joints = model.pose_decoder.plan.joints.tolist()
+        self.places = [joints.index(joint) for joint in range(1, self.skeleton.n_joints)]
 
-    def forward(self, native_joints: Tensor) -> Tensor:
-        """See `inverse_kinematics`."""
-        return inverse_kinematics(native_joints, self.skeleton)
+    def forward(self, made: Tensor) -> Tensor:
+        """See above."""
+        if self.plain:
+            return inverse_kinematics(made, self.skeleton)
+        turns = torch.pi * made.reshape(*made.shape[:2], -1, 3)[:, :, self.places]
+        return torch.cat([torch.zeros_like(turns[:, :, :1]), turns], 2)
 
 
-def _rotations_model(skeleton: Skeleton) -> onnx.ModelProto:
-    """`RotationsGraph` as ONNX, with dynamic batch and frames; what it adds to a graph has names of its own."""
-    sizes = {"native_joints": {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}}
+def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
+    """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; what it adds to a graph has names of its own."""
+    graph, n = RotationsGraph(model), model.skeleton.n_joints
     program = torch.onnx.export(
-        RotationsGraph(skeleton), (torch.randn(2, 3, skeleton.n_joints, 3),), dynamo=True, opset_version=OPSET,
-        input_names=["native_joints"], output_names=["rotations"], dynamic_shapes=sizes, verbose=False,
+        graph, (torch.randn(2, 3, n, 3) if graph.plain else torch.randn(2, 3, 3 * n - 3),), dynamo=True, opset_version=OPSET,
+        input_names=[source], output_names=["rotations"], verbose=False,
+        dynamic_shapes={"made": {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}},
     )  # fmt: skip
     assert program is not None
     return onnx.compose.add_prefix(program.model_proto, "rotations/", rename_inputs=False, rename_outputs=False)
@@ -119,9 +152,10 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
     batch, joints, hidden = 2, model.skeleton.n_joints, model.settings.hidden_size
     arguments = (
         torch.randn(batch, joints, 3), *(torch.randn(batch, hidden) for _ in range(4)), torch.randn(batch, model.settings.latent_size),
-        torch.randn(batch, model.n_actions), torch.rand(batch, 1), torch.rand(batch, joints),
+        torch.randn(batch, model.n_actions), torch.rand(batch, 1), torch.rand(joints - 1, batch),
     )  # fmt: skip
     names = [*STATE_NAMES, "noise", "action", "time", "lengths"]
+    outputs = [f"{name}_out" for name in STATE_NAMES]
     dynamic = torch.export.Dim("batch", min=1)
     program = torch.onnx.export(
         StepGraph(model).eval(),
@@ -129,24 +163,46 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
         dynamo=True,
         opset_version=OPSET,
         input_names=names,
-        output_names=[*(f"{name}_out" for name in STATE_NAMES), "frame_joints", "frame_rotations"],
-        dynamic_shapes={
-            name: {0: dynamic} for name in ("previous", "prior", "low", "high", "trajectory", "noise", "action", "time", "lengths")
-        },
+        output_names=outputs if model.settings.decoder == "plain" else [*outputs, "frame_turns"],
+        dynamic_shapes={name: {int(name == "lengths"): dynamic} for name in names},
+        optimize=False,
         verbose=False,
     )
     assert program is not None
-    return program.model_proto
+    # products of weights are left to onnxruntime: folded here, they would be rounded a second time when they are stored
+    folded: onnx.ModelProto = onnxscript.optimizer.optimize(program.model_proto, input_size_limit=SMALLEST_HALF - 1)
+    return folded
+
+
+def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
+    """Take what depends on weights alone out of a Scan's body, for the graph around it."""
+    known = {"", *(item.name for item in body.initializer)}
+    constant: list[onnx.NodeProto] = []
+    repeated: list[onnx.NodeProto] = []
+    for node in body.node:
+        if known.issuperset(node.input):
+            known.update(node.output)
+            constant.append(node)
+        else:
+            repeated.append(node)
+    del body.node[:]
+    body.node.extend(repeated)
+    return constant
 
 
 def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     """The whole-sequence graph: a Scan of the step over frames, then metres."""
     step = _step_model(model.eval())
-    plain = model.settings.decoder == "plain"
-    turning = _rotations_model(model.skeleton) if plain else None
+    plan = model.pose_decoder.plan
     joints, hidden, latent = model.skeleton.n_joints, model.settings.hidden_size, model.settings.latent_size
     body = onnx.GraphProto()
     body.CopyFrom(step.graph)
+    # what the Scan keeps of every frame: the joints, which are also a state, and the turns if there are any
+    body.node.append(helper.make_node("Identity", [body.output[0].name], ["frame_joints"]))
+    body.output.insert(len(STATE_NAMES), onnx.ValueInfoProto(name="frame_joints", type=body.output[0].type))
+    made = ["native_joints", "turns"][: len(body.output) - len(STATE_NAMES)]
+    turning = _rotations_model(model, made[-1])
+    folded = _hoist(body)
     weights = list(body.initializer)
     del body.initializer[:]
     body.name = "frame"
@@ -156,18 +212,14 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     kept = [item for item in body.input if item.name != "lengths"]
     del body.input[:]
     body.input.extend(kept)
-    for node in body.node:
-        for i, name in enumerate(node.input):
-            if name == "lengths":
-                node.input[i] = "bone_lengths"
     scan = helper.make_node(
         "Scan",
         inputs=[*STATE_NAMES, "noise", "action_onehot", "time_column"],
-        outputs=[*(f"last_{name}" for name in STATE_NAMES), "native_joints", "frame_rotations" if plain else "rotations"],
+        outputs=[*(f"last_{name}" for name in STATE_NAMES), *made],
         body=body,
         num_scan_inputs=3,
         scan_input_axes=[1, 1, 1],
-        scan_output_axes=[1, 1],
+        scan_output_axes=[1] * len(made),
     )
     constants: dict[str, np.ndarray] = {
         "depth": np.array(model.n_actions, np.int64),
@@ -175,12 +227,16 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         "metres_per_unit": np.array(metres_per_unit, np.float32),
         "axis2": np.array([2], np.int64),
         "root_index": np.array(0, np.int64),
+        "plan_joints": plan.joints.numpy(),
     }
     nodes = [
         helper.make_node("OneHot", ["actions", "depth", "off_on"], ["action_onehot"], axis=-1),
         helper.make_node("Unsqueeze", ["time", "axis2"], ["time_column"]),
+        helper.make_node("Transpose", ["bone_lengths"], ["every_length"], perm=[1, 0]),
+        helper.make_node("Gather", ["every_length", "plan_joints"], ["lengths"], axis=0),
+        *folded,
         scan,
-        *(turning.graph.node if turning is not None else ()),
+        *turning.graph.node,
         helper.make_node("Mul", ["native_joints", "metres_per_unit"], ["joints"]),
         helper.make_node("Gather", ["joints", "root_index"], ["root"], axis=2),
     ]
@@ -210,7 +266,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         outputs,
         initializer=[
             *weights,
-            *(turning.graph.initializer if turning is not None else ()),
+            *turning.graph.initializer,
             *(numpy_helper.from_array(array, name) for name, array in constants.items()),
         ],
     )

@@ -22,6 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
+CLIPS_AT_ONCE = 250
+"""Clips of one run of the graph: more are made in turns, which takes less memory and is no slower."""
 STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -76,7 +78,7 @@ class Model:
     def _steps(self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """A model that makes one frame after the other."""
         meta, count, frames = self.metadata, len(lengths), len(labels)
-        feed = {
+        feed: dict[str, np.ndarray] = {
             "noise": generator.standard_normal((count, frames, meta["latent_size"]), dtype=np.float32),
             "actions": np.tile(labels.astype(np.int64), (count, 1)),
             "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
@@ -84,8 +86,16 @@ class Model:
             "previous": np.zeros((*lengths.shape, 3), np.float32),
             **{name: np.zeros((count, meta["hidden_size"]), np.float32) for name in STATES[1:]},
         }
-        joints, rotations = self.session.run(["joints", "rotations"], feed)
-        return joints, rotations
+        return self._run(feed)
+
+    def _run(self, feed: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Joints and rotations of a graph whose inputs all have a row a clip."""
+        starts = range(0, len(feed["noise"]), CLIPS_AT_ONCE)
+        parts = [{name: array[i : i + CLIPS_AT_ONCE] for name, array in feed.items()} for i in starts]
+        made = [self.session.run(["joints", "rotations"], part) for part in parts]
+        if len(made) == 1:
+            return made[0][0], made[0][1]
+        return np.concatenate([joints for joints, _ in made]), np.concatenate([rotations for _, rotations in made])
 
     def _windows(self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """A model that makes whole windows; each goes on from the last frames of the one before."""
@@ -101,7 +111,7 @@ class Model:
                 context = np.zeros((count, given, lengths.shape[1], 3), np.float32)
                 if following:
                     context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
-                feed = {
+                feed: dict[str, np.ndarray] = {
                     "noise": generator.standard_normal((count, meta["latent_size"]), dtype=np.float32),
                     "actions": np.full(count, labels[end - 1], np.int64),
                     "active": np.full(count, share, np.float32),
@@ -109,7 +119,7 @@ class Model:
                     "has_context": np.full(count, following, np.float32),
                     "bone_lengths": lengths,
                 }
-                new, turns = self.session.run(["joints", "rotations"], feed)
+                new, turns = self._run(feed)
                 skip = given if following else 0
                 take = slice(skip, skip + min(usable - skip, end - joints.shape[1]))
                 joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)

@@ -13,10 +13,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from a2v.kinematics.skeleton import Skeleton
+from a2v.kinematics.so3 import hat
+from a2v.kinematics.transforms import compose_rows
 
 
 class ChainPlan(NamedTuple):
@@ -58,6 +61,10 @@ class ChainPlan(NamedTuple):
         return cls(torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype))
 
 
+_MATRIX_BASIS = np.concatenate([np.eye(3)[None], hat(np.eye(3))]).reshape(4, 9).T.copy()
+"""Matrix (9, 4) that makes a I + hat(v), flat, of (a, v)."""
+
+
 class Turns(NamedTuple):
     """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2, each (..., N)."""
 
@@ -76,12 +83,12 @@ class Turns(NamedTuple):
 
     def matrices(self, linear: Tensor, quadratic: Tensor) -> Tensor:
         """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
-        x, y, z = self.rotvec.unbind(-2)
-        qx, qy, qz = (quadratic[..., None, :] * self.rotvec).unbind(-2)
-        lx, ly, lz = (linear[..., None, :] * self.rotvec).unbind(-2)
-        xx, yy, zz, xy, xz, yz = qx * x, qy * y, qz * z, qx * y, qx * z, qy * z
-        rows = [1 - yy - zz, xy - lz, xz + ly, xy + lz, 1 - xx - zz, yz - lx, xz - ly, yz + lx, 1 - xx - yy]
-        return torch.stack(rows, -2).unflatten(-2, (3, 3))  # type: ignore[no-any-return, no-untyped-call]
+        # W^2 = w w^T - |w|^2 I; few operations, since in a loop over frames it is their number that costs
+        rotvec = self.rotvec
+        basis = torch.as_tensor(_MATRIX_BASIS, dtype=rotvec.dtype, device=rotvec.device)
+        parts = torch.cat([(1 - quadratic * self.square)[..., None, :], linear[..., None, :] * rotvec], -2)
+        scaled = quadratic[..., None, :] * rotvec
+        return torch.addcmul((basis @ parts).unflatten(-2, (3, 3)), scaled[..., :, None, :], rotvec[..., None, :, :])  # type: ignore[no-untyped-call]
 
     def rotmats(self) -> Tensor:
         """Rotation matrices (..., 3, 3, N) (Eq. 4)."""
@@ -94,20 +101,12 @@ class Turns(NamedTuple):
         return self.matrices(-self.cosc, torch.where(s < 0.25, series, (1 - self.sinc) / s.clamp_min(0.25)))
 
 
-def _compose(first: Tensor, second: Tensor) -> Tensor:
-    """Products of matrices (..., 3, 3, N)."""
-    result = first[..., :, 0, None, :] * second[..., None, 0, :, :]
-    for k in (1, 2):
-        result = torch.addcmul(result, first[..., :, k, None, :], second[..., None, k, :, :])
-    return result
-
-
 def chain_frames(turns: Turns, plan: ChainPlan) -> Tensor:
     """Orientations (n, 3, 3, N) of bones whose turns are relative to the bone before (n, 3, N)."""
     local = turns.rotmats()
     frames = [local[plan.levels[0]]]
     for here in plan.levels[1:]:
-        frames.append(_compose(frames[-1][: here.stop - here.start], local[here]))
+        frames.append(compose_rows(frames[-1][: here.stop - here.start], local[here]))
     return torch.cat(frames)
 
 
@@ -155,7 +154,7 @@ def turn_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan
 
 def turn_axes(turns: Turns, frames: Tensor) -> Tensor:
     """Axes (n, 3, 3, N) about which the components of the rotation vectors turn their bones."""
-    return _compose(frames, turns.right_jacobians())
+    return compose_rows(frames, turns.right_jacobians())
 
 
 class _Kinematics(torch.autograd.Function):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from a2v.kinematics.skeleton import Skeleton
-from a2v.kinematics.so3 import Array, namespace, rotvec_to_rotmat, swing_between
+from a2v.kinematics.so3 import Array, hat, namespace, rotvec_to_rotmat
+from a2v.types import FloatArray
 
 
 def bone_vectors(joints: Array, skeleton: Skeleton) -> Array:
@@ -32,6 +35,12 @@ def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> 
 def compose(first: Array, second: Array) -> Array:
     """Product of rotation matrices (..., 3, 3) as three multiply-adds: on a CPU several times faster than matmul."""
     product: Array = sum(first[..., :, k, None] * second[..., k, None, :] for k in range(3))
+    return product
+
+
+def compose_rows(first: Array, second: Array) -> Array:
+    """Products of rotation matrices (..., 3, 3, N), poses last: few operations on long rows."""
+    product: Array = (first[..., :, :, None, :] * second[..., None, :, :, :]).sum(-3)
     return product
 
 
@@ -85,24 +94,82 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
     Each bone takes the smallest turn from the previous one (joint positions leave the twist about a bone open).
     A bone of zero length gets no turn.
     """
-    xp = namespace(joints)
-    vectors = bone_vectors(joints, skeleton)
-    rest = xp.asarray(skeleton.rest_directions, dtype=joints.dtype)
-    if xp is not np:
-        rest = rest.to(joints.device)
-    rotations: dict[int, Array] = {0: xp.zeros_like(joints[..., 0, :])}
-    turned: Array | None = None
+    flat = joints.reshape(-1, 3 * skeleton.n_joints).T.reshape(skeleton.n_joints, 3, -1)
+    turns = bone_turns(flat - flat[np.maximum(skeleton.parents, 0).tolist()], skeleton)
+    rotations: Array = turns.reshape(3 * skeleton.n_joints, -1).T.reshape(joints.shape)
+    return rotations
+
+
+def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
+    """The rotation vectors of `inverse_kinematics`, from bones of any length.
+
+    Poses come last, so that every operation runs along N numbers in a row: exported, this is what a flow's graph spends
+    most of its time on besides its products.
+
+    Parameters
+    ----------
+    bones : (J, 3, N) float
+        Vectors from each joint's parent to the joint; entry 0 is not used.
+    skeleton : Skeleton
+
+    Returns
+    -------
+    (J, 3, N) float
+    """
+    xp = namespace(bones)
+    tiny = 1e-12
+
+    def constant(array: FloatArray) -> Any:
+        made = xp.asarray(array, dtype=bones.dtype)
+        return made if xp is np else made.to(bones.device)
+
+    length = xp.sqrt((bones * bones).sum(1))[:, None]
+    still = length < tiny
+    directions = bones / xp.where(still, xp.ones_like(length), length)
+    turns: dict[int, Array] = {0: xp.zeros_like(bones[0])}
+    frames: Any = None
     position: dict[int, int] = {}
     for level, previous in skeleton.levels:
-        target = vectors[..., list(level), :]
-        before = None if turned is None else turned[..., [position[p] for p in previous], :, :]
+        joints = list(level)
+        rest = skeleton.rest_directions[joints]
+        target = directions[joints]
+        before = None if frames is None else frames[[position[p] for p in previous]]
         if before is not None:
-            target = (before * target[..., :, None]).sum(-2)  # transpose(before) @ target
-        rotvec = swing_between(xp.zeros_like(target) + rest[list(level)], target)
-        local = rotvec_to_rotmat(rotvec)
-        turned = local if before is None else compose(before, local)
-        position = {joint: i for i, joint in enumerate(level)}
+            target = (before * target[:, :, None]).sum(1)  # transpose(before) @ target
+        target = xp.where(still[joints], constant(rest[..., None]), target)
+        # for rest directions e and targets w: cos = e . w, sin * axis = e x w, and cos I + hat(sin * axis), all linear in w
+        parts = constant(_swing_parts(rest)) @ target
+        cosine, cross, linear = parts[:, :1], parts[:, 1:4], parts[:, 4:]
+        sine = xp.sqrt((cross * cross).sum(1))[:, None]
+        beyond = cosine < 0
+        # the tangent of half the angle, from whichever pair does not cancel
+        angle = 2 * xp.arctan(xp.where(beyond, 1 - cosine, sine) / xp.where(beyond, xp.clip(sine, tiny, None), 1 + cosine))
+        # a bone turned right back has no axis of its own: any one square to the rest direction
+        opposite = beyond & (sine < xp.finfo(bones.dtype).eps ** 0.5)
+        axis = xp.where(opposite, constant(_any_normal(rest)[..., None]), cross / xp.clip(sine, tiny, None))
+        turn = axis * angle
+        frame = linear.reshape(len(joints), 3, 3, -1) + ((1 - cosine) * axis)[:, :, None] * axis[:, None]
+        if before is not None:
+            frame = compose_rows(before, frame)
+        frames, position = frame, {joint: i for i, joint in enumerate(level)}
         for i, joint in enumerate(level):
-            rotations[joint] = rotvec[..., i, :]
-    stacked: Array = xp.stack([rotations[joint] for joint in range(skeleton.n_joints)], -2)
+            turns[joint] = turn[i]
+    stacked: Array = xp.stack([turns[joint] for joint in range(skeleton.n_joints)])
     return stacked
+
+
+def _swing_parts(rest: FloatArray) -> FloatArray:
+    """Matrices (n, 13, 3) that make of w: e . w, e x w and (e . w) I + hat(e x w), for unit rest directions e (n, 3)."""
+    cross = hat(rest)
+    cosine = rest[:, None]
+    # hat is linear: its columns by w are the hats of the columns of hat(e)
+    linear = hat(np.swapaxes(cross, 1, 2)) + rest[:, :, None, None] * np.eye(3)
+    parts: FloatArray = np.concatenate([cosine, cross, linear.reshape(len(rest), 3, 9).swapaxes(1, 2)], 1)
+    return parts
+
+
+def _any_normal(directions: FloatArray) -> FloatArray:
+    """Unit vectors (n, 3), each square to one of the unit `directions` (n, 3)."""
+    normals = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), -1)])
+    unit: FloatArray = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    return unit

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -88,6 +88,14 @@ class FlowSettings(RunSettings):
             raise InputError("sizes, frames, iterations and batch_size of the flow must be positive")
 
 
+class Modulation(NamedTuple):
+    """What a condition makes of a block, (B, W) each."""
+
+    scale: Tensor
+    shift: Tensor
+    gate: Tensor
+
+
 class _Block(nn.Module):
     """Residual layer that the condition scales, shifts and gates."""
 
@@ -100,13 +108,16 @@ class _Block(nn.Module):
         nn.init.zeros_(self.modulation.weight)
         nn.init.zeros_(self.modulation.bias)
 
-    def forward(self, hidden: Tensor, condition: Tensor) -> Tensor:
+    def modulations(self, condition: Tensor) -> Modulation:
+        """What scales, shifts and gates the block under conditions (B, C)."""
         # three products, each with what is added to it in its bias: splitting the result of one took onnxruntime longer than the product
         weights, (scale_bias, shift_bias, gate_bias) = self.modulation.weight.chunk(3), self.modulation.bias.chunk(3)
         biases = (1 + scale_bias, shift_bias, 1 + gate_bias)
-        scale, shift, gate = (nn.functional.linear(condition, weight, bias) for weight, bias in zip(weights, biases, strict=True))
-        inner = nn.functional.silu(self.inner(self.norm(hidden) * scale + shift))
-        result: Tensor = hidden + gate * self.outer(inner)
+        return Modulation(*(nn.functional.linear(condition, weight, bias) for weight, bias in zip(weights, biases, strict=True)))
+
+    def forward(self, hidden: Tensor, by: Modulation) -> Tensor:
+        inner = nn.functional.silu(self.inner(self.norm(hidden) * by.scale + by.shift))
+        result: Tensor = hidden + by.gate * self.outer(inner)
         return result
 
 
@@ -159,23 +170,24 @@ class FlowNetwork(nn.Module):
         result: Tensor = self.action(actions) + self.active(self._waves(active)) + self.context(known)
         return result
 
-    def forward(self, point: Tensor, time: Tensor, condition: Tensor) -> Tensor:
-        """Velocity (B, D) at point (B, D) and time (B,) under a `condition` (B, W)."""
-        shared = nn.functional.silu(self.mix(nn.functional.silu(self.time(self._waves(time)) + condition)))
+    def modulations(self, time: Tensor, condition: Tensor) -> list[Modulation]:
+        """What each block is modulated by at times (B,) under conditions (B, C)."""
+        inner: Tensor = self.time(self._waves(time)) + condition
+        shared = nn.functional.silu(self.mix(nn.functional.silu(inner)))
+        blocks: list[_Block] = list(self.blocks)  # type: ignore[arg-type]
+        return [block.modulations(shared) for block in blocks]
+
+    def velocity(self, point: Tensor, modulations: Sequence[Modulation]) -> Tensor:
+        """Velocity (B, D) at point (B, D) under `modulations`."""
         hidden = self.entry(point)
-        for block in self.blocks:
-            hidden = block(hidden, shared)
+        for block, by in zip(self.blocks, modulations, strict=True):
+            hidden = block(hidden, by)
         velocity: Tensor = self.exit(hidden)
         return velocity
 
-    def guided(self, point: Tensor, time: Tensor, condition: Tensor, without: Tensor, guidance: float) -> Tensor:
-        """Velocity exaggerated away from what it is without the action (classifier-free guidance, Ho and Salimans 2022)."""
-        if guidance == 1:
-            return self(point, time, condition)  # type: ignore[no-any-return]
-        both = self(torch.cat([point, point]), torch.cat([time, time]), torch.cat([condition, without]))
-        known, unknown = both[: point.shape[0]], both[point.shape[0] :]
-        result: Tensor = unknown + guidance * (known - unknown)
-        return result
+    def forward(self, point: Tensor, time: Tensor, condition: Tensor) -> Tensor:
+        """Velocity (B, D) at point (B, D) and time (B,) under a `condition` (B, C)."""
+        return self.velocity(point, self.modulations(time, condition))
 
     def integrate(
         self, noise: Tensor, condition: Tensor, without: Tensor, *, steps: int, guidance: float = 1.0, guided_until: float = 1.0
@@ -185,10 +197,13 @@ class FlowNetwork(nn.Module):
         Adams and Bashforth's second order: a step extrapolates from the last two velocities, so that it costs one
         evaluation of the network; only the first is a midpoint step, with two.
 
+        A guided velocity is exaggerated away from what it is without the action (classifier-free guidance, Ho and
+        Salimans 2022), which takes two evaluations side by side.
+
         Parameters
         ----------
         noise : (B, D)
-        condition, without : (B, W)
+        condition, without : (B, C)
             With the action and without it.
         steps : int
         guidance : float
@@ -197,16 +212,31 @@ class FlowNetwork(nn.Module):
             Steps that start at this time or later are not guided: the action is settled early, and pushing what
             follows only takes variety away (Kynkäänniemi et al. 2024).
         """
-        point, before = noise, None
-        for step in range(steps):
-            start = noise.new_full((noise.shape[0],), step / steps)
-            push = guidance if step / steps < guided_until else 1.0
-            velocity = self.guided(point, start, condition, without, push)
-            if before is None:
-                slope = self.guided(point + velocity * (0.5 / steps), start + 0.5 / steps, condition, without, push)
-            else:
-                slope = 1.5 * velocity - 0.5 * before
-            point, before = point + slope / steps, velocity
+        starts = [step / steps for step in range(steps)]
+        times = [0.0, 0.5 / steps, *starts[1:]]
+        guided = [guidance != 1 and start < guided_until for start in (0.0, *starts)]
+        # times and conditions are known before any point is: one product for all evaluations instead of one for each
+        known = [part for push in guided for part in ((condition, without) if push else (condition,))]
+        moments = [time for time, push in zip(times, guided, strict=True) for _ in range(1 + push)]
+        each = noise.new_tensor(moments)[:, None].expand(-1, noise.shape[0]).flatten()
+        counts = [1 + push for push in guided]
+        blocks = [
+            [torch.split(part.reshape(len(moments), -1, part.shape[-1]), counts) for part in by]
+            for by in self.modulations(each, torch.cat(known))
+        ]  # fmt: skip
+
+        def slope(evaluation: int, point: Tensor) -> Tensor:
+            chosen = [Modulation(*(part[evaluation].flatten(0, 1) for part in block)) for block in blocks]
+            if not guided[evaluation]:
+                return self.velocity(point, chosen)
+            pushed, free = self.velocity(torch.cat([point, point]), chosen).reshape(2, -1, point.shape[1]).unbind()
+            return free + guidance * (pushed - free)
+
+        before = slope(0, noise)
+        point = noise + slope(1, noise + before * (0.5 / steps)) / steps
+        for evaluation in range(2, steps + 1):
+            velocity = slope(evaluation, point)
+            point, before = point + (1.5 * velocity - 0.5 * before) / steps, velocity
         return point
 
 

@@ -51,6 +51,7 @@ class GRUTrace:
         self._gates = weight.new_empty(frames, batch, 2 * size)
         self._candidates = weight.new_empty(frames, batch, size)
         self._carried = torch.zeros_like(self.states[0])
+        self._gradients = weight.new_empty(0)
 
     def step(self, frame: int, inputs: Tensor) -> Tensor:
         """New state (B, H) at `frame`, given ``weight_ih @ x + bias_ih`` (B, 3H)."""
@@ -68,8 +69,10 @@ class GRUTrace:
         """
         size, candidate = self.size, self._candidates[frame]
         reset, update = self._gates[frame].chunk(2, 1)
+        if not len(self._gradients):
+            self._gradients = gradient.new_empty(len(self._candidates), len(gradient), 4 * size)
         # what goes to the state and what goes to the inputs are one slice each
-        result = gradient.new_empty(len(gradient), 4 * size)
+        result = self._gradients[frame]
         by_product, by_reset, by_update, by_candidate = result.chunk(4, 1)
         gradient = self._carried.add_(gradient)
         kept = gradient * update
@@ -80,10 +83,71 @@ class GRUTrace:
         torch.addmm(kept, result[:, : 3 * size], self._back, out=self._carried)
         return result[:, size:]
 
+    def gradients(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Once all frames were visited: gradients by the inputs (T, B, 3H), the weight (3H, H) and the bias (3H,)."""
+        size = self.size
+        by_state = self._gradients[..., : 3 * size].flatten(0, 1)  # candidate, reset, update
+        weight, bias = by_state.T @ self.states[:-1].flatten(0, 1), by_state.sum(0)
+        return self._gradients[..., size:], weight.roll(-size, 0), bias.roll(-size, 0)
+
+
+class _GRULayer(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, inputs: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
+        ctx.trace = trace = GRUTrace(weight, bias, *inputs.shape[:2])
+        for frame, gates in enumerate(inputs.unbind()):
+            trace.step(frame, gates)
+        return trace.states[1:]
+
+    @staticmethod
+    def backward(ctx: Any, states: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        for frame in range(len(states) - 1, -1, -1):
+            ctx.trace.back(frame, states[frame])
+        result: tuple[Tensor, Tensor, Tensor] = ctx.trace.gradients()
+        return result
+
+
+def gru_outputs(gru: nn.GRU, inputs: Tensor) -> Tensor:
+    """Outputs (B, T, H) of a batch-first GRU over inputs (B, T, D) from states of zero; gradients go through it once.
+
+    torch's own takes twice the time on a CPU, where autograd follows every gate of every frame.
+    """
+    if inputs.is_cuda:
+        result: Tensor = gru(inputs)[0]
+        return result
+    hidden = inputs.transpose(0, 1)
+    for layer in range(gru.num_layers):
+        gates = nn.functional.linear(hidden.contiguous(), *gru_weights(gru, layer, "ih"))
+        hidden = _GRULayer.apply(gates, *gru_weights(gru, layer, "hh"))  # type: ignore[no-untyped-call]
+    return hidden.transpose(0, 1)
+
 
 def gru_weights(gru: nn.GRU, layer: int, kind: Literal["ih", "hh"]) -> tuple[Tensor, Tensor]:
     """Matrix (3H, D) and bias (3H,) of a layer for its inputs ("ih") or its state ("hh")."""
     return getattr(gru, f"weight_{kind}_l{layer}"), getattr(gru, f"bias_{kind}_l{layer}")
+
+
+def joined(first: nn.Linear, weight: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
+    """Matrix and bias of ``weight @ first(x) + bias``: layers without a non-linearity between them are one product."""
+    return weight @ first.weight, weight @ first.bias + bias
+
+
+def generator_entry(model: MotionVAE) -> tuple[Tensor, Tensor]:
+    """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of pose before, action, time counter and latent."""
+    return joined(model.generator.encoder, *gru_weights(model.generator.gru, 0, "ih"))
+
+
+def generator_exit(model: MotionVAE) -> tuple[Tensor, Tensor]:
+    """Decoder and Lie layer: (D, H) and (D,); the components of the turns come first, the bones in the order of the plan."""
+    weight: Tensor = model.generator.decoder.weight
+    bias: Tensor = model.generator.decoder.bias
+    lie = model.pose_decoder.lie_output
+    if lie is None:
+        return weight, bias
+    bones = 3 * (model.skeleton.n_joints - 1)
+    order = (3 * (model.pose_decoder.plan.joints - 1)[:, None] + torch.arange(3, device=weight.device)).flatten()
+    turns = lie.weight[order]
+    return torch.cat([turns @ weight[:bones], weight[bones:]]), torch.cat([turns @ bias[:bones] + lie.bias[order], bias[bones:]])
 
 
 class RollOut:
@@ -110,22 +174,14 @@ class RollOut:
         self.decoder, (batch, self.frames) = decoder, latent.shape[:2]
         self.pose_size = size = 3 * model.skeleton.n_joints
         self.layers = [GRUTrace(*gru_weights(generator.gru, layer, "hh"), self.frames, batch) for layer in range(2)]
-        (entry, entry_bias), (self.between, between_bias) = (gru_weights(generator.gru, layer, "ih") for layer in range(2))
-        # the encoder has no non-linearity: its product with the first layer's matrix takes the pose in at once
-        encoder = generator.encoder
-        self.entry = entry @ encoder.weight[:, :size]
-        known = nn.functional.linear(torch.cat([condition, latent], -1), encoder.weight[:, size:], encoder.bias)
-        known = nn.functional.linear(known, entry, entry_bias).transpose(0, 1).contiguous()
-        self.exit: Tensor = generator.decoder.weight
-        offset: Tensor = generator.decoder.bias
+        self.between, between_bias = gru_weights(generator.gru, 1, "ih")
+        entry, entry_bias = generator_entry(model)
+        self.entry = entry[:, :size]
+        known = nn.functional.linear(torch.cat([condition, latent], -1), entry[:, size:], entry_bias).transpose(0, 1).contiguous()
+        self.exit, offset = generator_exit(model)
         self.plan = decoder.plan
         if decoder.lie_output is not None:
-            self.bones = bones = size - 3
-            # so is the decoder's with the Lie layer's; bones in the plan's order
-            order = (3 * (self.plan.joints - 1)[:, None] + torch.arange(3, device=latent.device)).flatten()
-            lie = decoder.lie_output.weight[order]
-            offset = torch.cat([lie @ offset[:bones] + decoder.lie_output.bias[order], offset[bones:]])
-            self.exit = torch.cat([lie @ self.exit[:bones], self.exit[bones:]])
+            self.bones = size - 3
             self.lengths = lengths.T[self.plan.joints]
         if decoder.velocity_net is not None:
             layers = list(decoder.velocity_net.modules())
@@ -134,9 +190,7 @@ class RollOut:
             self.leak = next((layer.negative_slope for layer in layers if isinstance(layer, nn.LeakyReLU)), 1.0)
         if decoder.velocity_gru is not None:
             self.trajectory = GRUTrace(*gru_weights(decoder.velocity_gru, 0, "hh"), self.frames, batch)
-            into, into_bias = gru_weights(decoder.velocity_gru, 0, "ih")
-            self.into_trajectory = into @ decoder.velocity_in.weight
-            self.trajectory_offset = into @ decoder.velocity_in.bias + into_bias
+            self.into_trajectory, self.trajectory_offset = joined(decoder.velocity_in, *gru_weights(decoder.velocity_gru, 0, "ih"))
         self.kept: list[dict[str, Tensor]] = []
         poses = latent.new_zeros(self.frames + 1, batch, size)
         low, high = self.layers

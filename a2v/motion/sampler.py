@@ -14,7 +14,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics, skeleton_of
-from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
+from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata, run_rows
 from a2v.types import FloatArray, IntArray, Motion
 
 BUNDLED = {
@@ -196,7 +196,7 @@ class MotionModel:
             "time": np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1)),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = open_session(self.path).run(["joints", "rotations"], feed)
+        joints, rotations = run_rows(open_session(self.path), ["joints", "rotations"], feed)
         return joints, rotations
 
     def _continue_steps(self, labels: IntArray, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -238,7 +238,7 @@ class MotionModel:
         """
         count = len(labels)
         given = np.zeros((count, self.metadata["context_frames"], lengths.shape[1], 3), np.float32) if context is None else context
-        feed = {
+        feed: dict[str, FloatArray] = {
             "noise": np.asarray(noise, dtype=np.float32),
             "actions": np.asarray(labels, dtype=np.int64),
             "active": np.asarray(active, dtype=np.float32),
@@ -246,7 +246,7 @@ class MotionModel:
             "has_context": np.full(count, context is not None, dtype=np.float32),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = open_session(self.path).run(["joints", "rotations"], feed)
+        joints, rotations = run_rows(open_session(self.path), ["joints", "rotations"], feed)
         return joints, rotations
 
     def active_share(self, label: int) -> float:

@@ -55,6 +55,25 @@ def test_inverse_then_forward_returns_the_joints(skeleton, dtype):
     assert np.abs(again - joints).max() < {"float32": 5e-6, "float64": 1e-12}[dtype]
 
 
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 1e-3, 1.0, np.pi - 1e-2, np.pi - 1e-5, np.pi - 1e-9, np.pi])
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_bones_that_are_turned_right_back_still_point_where_they_did(angle, dtype):
+    """From nothing at all to half a turn: axes are lost at both ends."""
+    skeleton = SKELETONS["humanact12"]
+    rng = np.random.default_rng(5)
+    sideways = rng.normal(size=(100, skeleton.n_joints, 3))
+    rest = skeleton.rest_directions
+    sideways -= (sideways * rest).sum(-1, keepdims=True) * rest
+    axes = np.cross(rest, sideways)
+    axes /= np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    joints = forward_kinematics(angle * axes, np.zeros((100, 3)), np.full(skeleton.n_joints, 0.3), skeleton).astype(dtype)
+    for rotations in (inverse_kinematics(joints, skeleton), inverse_kinematics(torch.from_numpy(joints), skeleton).numpy()):
+        assert np.linalg.norm(rotations, axis=-1).max() < np.pi + 1e-6
+        again = forward_kinematics(rotations, joints[..., 0, :], bone_lengths(joints, skeleton), skeleton)
+        # the axis of a bone that is all but turned back is known to the root of the precision
+        assert np.abs(again - joints).max() < {"float32": 5e-4, "float64": 3e-8}[dtype]
+
+
 @pytest.mark.parametrize("skeleton", SKELETON_LIST, ids=lambda s: s.name)
 def test_bone_lengths_do_not_change_with_the_pose(skeleton):
     rotations, root, lengths = random_pose(skeleton, np.random.default_rng(2), (3, 50))

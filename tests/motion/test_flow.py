@@ -14,7 +14,7 @@ from a2v.datasets import ClipSampler
 from a2v.errors import InputError
 from a2v.kinematics import CMU, bone_lengths
 from a2v.motion import MotionModel
-from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, WindowPool, train_flow
+from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, Modulation, WindowPool, train_flow
 from a2v.motion.windows import ROOT_WEIGHT, LinearCode, WindowCodec, foot_metric, window_features
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
@@ -137,41 +137,53 @@ def test_guidance_extrapolates_from_no_action():
     with torch.no_grad():
         for parameter in network.parameters():  # the zeros that it starts from would hide the condition
             parameter.add_(torch.randn_like(parameter) * 0.1)
-    point, time = torch.randn(4, 12), torch.rand(4)
+    point = torch.randn(4, 12)
     shape = (torch.ones(4), torch.zeros(4, 5), torch.zeros(4))
     known, without = (network.condition(torch.full((4,), label), *shape) for label in (1, 3))
-    plain = [network(point, time, condition) for condition in (known, without)]
-    assert not torch.allclose(*plain, atol=1e-3)
+
+    def pushed(at: torch.Tensor, time: float, guidance: float) -> torch.Tensor:
+        with_action, free = (network(at, torch.full((4,), time), condition) for condition in (known, without))
+        return free + guidance * (with_action - free)
+
+    def stepped(guidance: float) -> torch.Tensor:
+        return point + pushed(point + 0.5 * pushed(point, 0.0, guidance), 0.5, guidance)
+
+    assert not torch.allclose(stepped(1.0), stepped(2.5), atol=1e-3)
     for guidance in (0.0, 1.0, 2.5):
-        expected = plain[1] + guidance * (plain[0] - plain[1])
-        assert torch.allclose(network.guided(point, time, known, without, guidance), expected, atol=1e-5)
+        assert torch.allclose(network.integrate(point, known, without, steps=1, guidance=guidance), stepped(guidance), atol=1e-5)
 
 
 def test_the_integration_is_of_second_order():
     """Four times the error for half the steps, on a velocity whose path is known."""
     network = FlowNetwork(1, SMALL)
-    network.forward = lambda point, time, condition: point * torch.cos(3 * time)[:, None]  # type: ignore[method-assign]
+    network.modulations = lambda time, condition: [Modulation(time[:, None], condition, condition)]  # type: ignore[method-assign]
+    calls = []
+
+    def velocity(point: torch.Tensor, by: list[Modulation]) -> torch.Tensor:
+        calls.append(1)
+        return point * torch.cos(3 * by[0].scale)
+
+    network.velocity = velocity  # type: ignore[method-assign,assignment]
     noise = torch.linspace(-2, 2, 12).double()[None]
     exact = noise * np.exp(np.sin(3) / 3)
     nothing = torch.zeros(1, 32)
     errors = [float((network.integrate(noise, nothing, nothing, steps=steps) - exact).abs().max()) for steps in (16, 32, 64)]
     for coarse, fine in pairwise(errors):
         assert coarse / fine == pytest.approx(4, rel=0.15)
-    calls = []
-    network.guided = lambda point, *_: calls.append(1) or point  # type: ignore[method-assign]
+    calls.clear()
     network.integrate(noise, nothing, nothing, steps=7)
     assert len(calls) == 8
 
 
 def test_guidance_ends_where_it_is_told_to():
     network = FlowNetwork(1, SMALL)
-    asked = []
-    network.guided = lambda point, time, known, without, guidance: asked.append(guidance) or point  # type: ignore[method-assign]
+    rows = []
+    network.velocity = lambda point, by: rows.append(len(point)) or point  # type: ignore[method-assign,assignment]
     nothing = torch.zeros(1, 32)
     for until in (0.6, 1.0, 0.0):
         network.integrate(torch.ones(1, 12), nothing, nothing, steps=5, guidance=3.0, guided_until=until)
-    # the first step has two evaluations; steps start at 0, .2, .4, .6, .8
-    assert asked == [3, 3, 3, 3, 1, 1] + [3] * 6 + [1] * 6
+    # with and without the action: two rows; the first step has two evaluations; steps start at 0, .2, .4, .6, .8
+    assert rows == [2, 2, 2, 2, 1, 1] + [2] * 6 + [1] * 6
 
 
 class Killed(Exception):

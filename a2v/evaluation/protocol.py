@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -204,6 +205,7 @@ def evaluate_actions(
     *,
     known: Mapping[str, Mapping[str, Scores]] | None = None,
     progress: Progress | None = None,
+    on_row: Callable[[str, Scores], None] | None = None,
 ) -> dict[str, list[Scores]]:
     """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
 
@@ -215,6 +217,8 @@ def evaluate_actions(
         The paper's are Walk and Jump of CMU, with 500 clips.
     known : action -> name -> Scores
         See `evaluate`.
+    on_row : callable
+        Called with the action and each row as it is measured.
 
     Returns
     -------
@@ -238,7 +242,8 @@ def evaluate_actions(
             if progress is not None:
                 progress(before * total + part, len(actions) * total)
 
-        tables[action] = evaluate(models, own, evaluator, settings, known=(known or {}).get(action), progress=report_part)
+        kept = None if on_row is None else functools.partial(on_row, action)
+        tables[action] = evaluate(models, own, evaluator, settings, known=(known or {}).get(action), progress=report_part, on_row=kept)
     return tables
 
 

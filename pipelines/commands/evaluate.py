@@ -173,13 +173,22 @@ def run(settings: Any) -> int:
     if settings.actions:
         alone = EvaluationSettings(**{**vars(protocol), "clips": min(500, protocol.clips), "physics_clips": 0})
         named = [name.strip() for name in settings.actions.split(",")]
+        single = {action: list(rows.values()) for action, rows in known_actions.items()}
+
+        def actions_of(rows: Mapping[str, Sequence[Scores]]) -> dict[str, Any]:
+            return {"actions": {"clips": alone.clips, "scores": {action: scores_as_dict(part) for action, part in rows.items()}}}
+
+        def keep_single(action: str, row: Scores) -> None:
+            single.setdefault(action, []).append(row)
+            _write_json(out, content | actions_of(single) | {"unfinished": True})
+
         with bar("actions", "set") as progress:
-            tables = evaluate_actions(models, dataset, evaluator, named, alone, known=known_actions, progress=progress)
+            tables = evaluate_actions(models, dataset, evaluator, named, alone, known=known_actions, progress=progress, on_row=keep_single)
         text += [
             f"Single actions, {alone.clips} clips each (Table 4 of the journal paper is this for CMU's Walk and Jump):",
             action_table(tables),
         ]
-        content["actions"] = {"clips": alone.clips, "scores": {action: scores_as_dict(rows) for action, rows in tables.items()}}
+        content |= actions_of(tables)
     if unseen is not None:
         with bar("held out", "set") as progress:
             against = evaluate({"Training clips": recorded(training), **models}, unseen, evaluator, protocol, progress=progress)

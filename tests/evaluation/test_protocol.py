@@ -95,6 +95,9 @@ def test_a_row_does_not_depend_on_the_others_and_known_rows_are_kept(setting):
     assert again == both
     tables = evaluate_actions({"still": never}, dataset, evaluator, ["slow"], SETTINGS, known={"slow": known})
     assert tables["slow"] == alone
+    kept = []
+    tables = evaluate_actions(models, dataset, evaluator, ["slow"], SETTINGS, known={"slow": known}, on_row=lambda *row: kept.append(row))
+    assert kept == [("slow", row) for row in tables["slow"] if row.name == "copies"]
 
 
 def test_tables_and_reports_say_what_was_measured(setting):

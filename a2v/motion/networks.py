@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton
 from a2v.kinematics.gradient import ChainPlan, local_kinematics
-from a2v.motion.recurrence import RollOut, gru_outputs, with_feedback
+from a2v.motion.recurrence import RollOut, with_feedback
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
@@ -43,14 +43,6 @@ class VAESettings:
             raise InputError(f"unknown decoder '{self.decoder}'; choose from {', '.join(DECODERS)}")
 
 
-def _run(gru: nn.GRU, inputs: Tensor, state: Tensor | None) -> tuple[Tensor, Tensor | None]:
-    """Outputs (B, T, H) and the state after them, which a pass over whole sequences (no state given) does not need."""
-    if state is None:
-        return gru_outputs(gru, inputs), None
-    outputs, state = gru(inputs, state)
-    return outputs, state
-
-
 class GaussianGRU(nn.Module):
     """Posterior or prior network: encoder, one GRU layer, mean and log variance (Eq. 9, 10)."""
 
@@ -61,9 +53,9 @@ class GaussianGRU(nn.Module):
         self.mu_net = nn.Linear(settings.hidden_size, settings.latent_size)
         self.logvar_net = nn.Linear(settings.hidden_size, settings.latent_size)
 
-    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor | None]:
-        """Mean and log variance (B, T, Z) of inputs (B, T, D); for a given state (1, B, H) also the one after them."""
-        hidden, state = _run(self.gru, self.encoder(inputs), state)
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
+        """Mean and log variance (B, T, Z) and final state (1, B, H) of inputs (B, T, D)."""
+        hidden, state = self.gru(self.encoder(inputs), state)
         return self.mu_net(hidden), self.logvar_net(hidden), state
 
 
@@ -76,9 +68,9 @@ class Generator(nn.Module):
         self.gru = nn.GRU(settings.hidden_size, settings.hidden_size, num_layers=2, batch_first=True)
         self.decoder = nn.Linear(settings.hidden_size, output_size)
 
-    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor | None]:
-        """Outputs (B, T, D') of inputs (B, T, D); for a given state (2, B, H) also the one after them."""
-        hidden, state = _run(self.gru, self.encoder(inputs), state)
+    def forward(self, inputs: Tensor, state: Tensor | None = None) -> tuple[Tensor, Tensor]:
+        """Outputs (B, T, D') and final state (2, B, H) of inputs (B, T, D)."""
+        hidden, state = self.gru(self.encoder(inputs), state)
         return self.decoder(hidden), state
 
 
@@ -183,7 +175,7 @@ class PoseDecoder(nn.Module):
         previous_root = previous[:, :, 0]
         inputs = torch.cat([local.flatten(2), (previous - previous_root[:, :, None]).flatten(2), outputs[..., bones:]], -1)
         if self.velocity_gru is not None:
-            inputs, state = _run(self.velocity_gru, self.velocity_in(inputs), state)
+            inputs, state = self.velocity_gru(self.velocity_in(inputs), state)
         assert self.velocity_net is not None
         velocity = self.velocity_net(inputs)
         return Pose(local + (previous_root + velocity)[:, :, None], rotations, velocity, state)

@@ -51,7 +51,6 @@ class GRUTrace:
         self._gates = weight.new_empty(frames, batch, 2 * size)
         self._candidates = weight.new_empty(frames, batch, size)
         self._carried = torch.zeros_like(self.states[0])
-        self._gradients = weight.new_empty(0)
 
     def step(self, frame: int, inputs: Tensor) -> Tensor:
         """New state (B, H) at `frame`, given ``weight_ih @ x + bias_ih`` (B, 3H)."""
@@ -69,10 +68,8 @@ class GRUTrace:
         """
         size, candidate = self.size, self._candidates[frame]
         reset, update = self._gates[frame].chunk(2, 1)
-        if not len(self._gradients):
-            self._gradients = gradient.new_empty(len(self._candidates), len(gradient), 4 * size)
         # what goes to the state and what goes to the inputs are one slice each
-        result = self._gradients[frame]
+        result = gradient.new_empty(len(gradient), 4 * size)
         by_product, by_reset, by_update, by_candidate = result.chunk(4, 1)
         gradient = self._carried.add_(gradient)
         kept = gradient * update
@@ -82,44 +79,6 @@ class GRUTrace:
         _sigmoid_back((self.states[frame] - candidate).mul_(gradient), update, grad_input=by_update)
         torch.addmm(kept, result[:, : 3 * size], self._back, out=self._carried)
         return result[:, size:]
-
-    def gradients(self) -> tuple[Tensor, Tensor, Tensor]:
-        """Once all frames were visited: gradients by the inputs (T, B, 3H), the weight (3H, H) and the bias (3H,)."""
-        size = self.size
-        by_state = self._gradients[..., : 3 * size].flatten(0, 1)  # candidate, reset, update
-        weight, bias = by_state.T @ self.states[:-1].flatten(0, 1), by_state.sum(0)
-        return self._gradients[..., size:], weight.roll(-size, 0), bias.roll(-size, 0)
-
-
-class _GRULayer(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, inputs: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
-        ctx.trace = trace = GRUTrace(weight, bias, *inputs.shape[:2])
-        for frame, gates in enumerate(inputs.unbind()):
-            trace.step(frame, gates)
-        return trace.states[1:]
-
-    @staticmethod
-    def backward(ctx: Any, states: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        for frame in range(len(states) - 1, -1, -1):
-            ctx.trace.back(frame, states[frame])
-        result: tuple[Tensor, Tensor, Tensor] = ctx.trace.gradients()
-        return result
-
-
-def gru_outputs(gru: nn.GRU, inputs: Tensor) -> Tensor:
-    """Outputs (B, T, H) of a batch-first GRU over inputs (B, T, D) from states of zero; gradients go through it once.
-
-    torch's own takes twice the time on a CPU, where autograd follows every gate of every frame.
-    """
-    if inputs.is_cuda:
-        result: Tensor = gru(inputs)[0]
-        return result
-    hidden = inputs.transpose(0, 1)
-    for layer in range(gru.num_layers):
-        gates = nn.functional.linear(hidden.contiguous(), *gru_weights(gru, layer, "ih"))
-        hidden = _GRULayer.apply(gates, *gru_weights(gru, layer, "hh"))  # type: ignore[no-untyped-call]
-    return hidden.transpose(0, 1)
 
 
 def gru_weights(gru: nn.GRU, layer: int, kind: Literal["ih", "hh"]) -> tuple[Tensor, Tensor]:
@@ -176,7 +135,7 @@ class RollOut:
         self.layers = [GRUTrace(*gru_weights(generator.gru, layer, "hh"), self.frames, batch) for layer in range(2)]
         self.between, between_bias = gru_weights(generator.gru, 1, "ih")
         entry, entry_bias = generator_entry(model)
-        self.entry = entry[:, :size]
+        self.entry = entry[:, :size].contiguous()
         known = nn.functional.linear(torch.cat([condition, latent], -1), entry[:, size:], entry_bias).transpose(0, 1).contiguous()
         self.exit, offset = generator_exit(model)
         self.plan = decoder.plan

@@ -12,7 +12,6 @@ from torch.distributions import Normal, kl_divergence
 from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
 from a2v.motion.losses import gaussian_kl, vae_losses
 from a2v.motion.networks import DECODERS, MotionVAE, Pose, Reconstruction, States, VAESettings, shifted
-from a2v.motion.recurrence import gru_outputs
 
 
 def parameters(module):
@@ -70,20 +69,6 @@ def test_the_loop_is_a_fixed_point_of_the_parallel_pass(decoder):
     latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
     again = model.decode(shifted(own.pose.joints), model.condition(actions, joints.shape[1]), latent, lengths)
     assert torch.allclose(again.joints, own.pose.joints, atol=1e-10)
-
-
-@pytest.mark.parametrize("layers", [1, 2])
-def test_the_written_out_gru_is_torchs(layers):
-    torch.manual_seed(0)
-    gru = torch.nn.GRU(5, 7, num_layers=layers, batch_first=True).double()
-    inputs = torch.randn(3, 6, 5, dtype=torch.float64, requires_grad=True)
-    weights = torch.randn(3, 6, 7, dtype=torch.float64)
-    found = []
-    for outputs in (gru(inputs)[0], gru_outputs(gru, inputs)):
-        gradients = torch.autograd.grad((outputs * weights).sum(), [inputs, *gru.parameters()])
-        found.append([outputs.detach(), *gradients])
-    for expected, ours in zip(*found, strict=True):
-        assert torch.allclose(ours, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("decoder", DECODERS)

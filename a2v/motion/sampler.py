@@ -22,6 +22,7 @@ BUNDLED = {
     "humanact12": "motion_humanact12.onnx",
     "humanact12-fine": "motion_humanact12_fine.onnx",
     "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
+    "cmu-glmi-r": "motion_cmu_glmi_r.onnx",
     "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
     "humanact12-glmi-r": "motion_humanact12_glmi_r.onnx",
     "humanact12-lie": "motion_humanact12_lie.onnx",

@@ -19,7 +19,7 @@ from a2v.kinematics import bone_turns
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
 from export.motion import demand_temperature, describe_data
-from export.storage import OPSET, round_to_stored, save_model, shrink
+from export.storage import round_to_stored, save_model, shrink, to_onnx
 
 FORMAT = "a2v-flow/1"
 STEPS = 7
@@ -148,12 +148,7 @@ def export_flow(
     )  # fmt: skip
     names = ["noise", "actions", "active", "context", "has_context", "bone_lengths"]
     batch = torch.export.Dim("batch", min=1)
-    program = torch.onnx.export(
-        graph, arguments, dynamo=True, opset_version=OPSET, input_names=names, output_names=["joints", "rotations"],
-        dynamic_shapes={name: {0: batch} for name in names}, verbose=False,
-    )  # fmt: skip
-    assert program is not None
-    proto = program.model_proto
+    proto = to_onnx(graph, arguments, names, ["joints", "rotations"], [{0: batch} for _ in names])
     shrink(proto)
     counts = np.array([len(clip) for clip in dataset.joints])
     shares = np.minimum(counts / dataset.length, 1)

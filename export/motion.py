@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import onnx
 import onnx.compose
-import onnxscript.optimizer
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
@@ -28,7 +27,7 @@ from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.gradient import Turns, bone_ends, chain_frames, joint_positions
 from a2v.motion.networks import MotionVAE
 from a2v.motion.recurrence import generator_entry, generator_exit, gru_weights, joined
-from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink
+from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink, to_onnx
 
 FORMAT = "a2v-motion/1"
 
@@ -135,13 +134,10 @@ class RotationsGraph(nn.Module):
 def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
     """`RotationsGraph` of the output `source` as ONNX, with dynamic batch and frames; what it adds to a graph has names of its own."""
     graph, n = RotationsGraph(model), model.skeleton.n_joints
-    program = torch.onnx.export(
-        graph, (torch.randn(2, 3, n, 3) if graph.plain else torch.randn(2, 3, 3 * n - 3),), dynamo=True, opset_version=OPSET,
-        input_names=[source], output_names=["rotations"], verbose=False,
-        dynamic_shapes={"made": {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}},
-    )  # fmt: skip
-    assert program is not None
-    return onnx.compose.add_prefix(program.model_proto, "rotations/", rename_inputs=False, rename_outputs=False)
+    example = torch.randn(2, 3, n, 3) if graph.plain else torch.randn(2, 3, 3 * n - 3)
+    sizes = {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}
+    proto = to_onnx(graph, (example,), [source], ["rotations"], [sizes])
+    return onnx.compose.add_prefix(proto, "rotations/", rename_inputs=False, rename_outputs=False)
 
 
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
@@ -156,22 +152,12 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
     )  # fmt: skip
     names = [*STATE_NAMES, "noise", "action", "time", "lengths"]
     outputs = [f"{name}_out" for name in STATE_NAMES]
+    if model.settings.decoder != "plain":
+        outputs.append("frame_turns")
     dynamic = torch.export.Dim("batch", min=1)
-    program = torch.onnx.export(
-        StepGraph(model).eval(),
-        arguments,
-        dynamo=True,
-        opset_version=OPSET,
-        input_names=names,
-        output_names=outputs if model.settings.decoder == "plain" else [*outputs, "frame_turns"],
-        dynamic_shapes={name: {int(name == "lengths"): dynamic} for name in names},
-        optimize=False,
-        verbose=False,
-    )
-    assert program is not None
+    sizes = [{int(name == "lengths"): dynamic} for name in names]
     # products of weights are left to onnxruntime: folded here, they would be rounded a second time when they are stored
-    folded: onnx.ModelProto = onnxscript.optimizer.optimize(program.model_proto, input_size_limit=SMALLEST_HALF - 1)
-    return folded
+    return to_onnx(StepGraph(model).eval(), arguments, names, outputs, sizes, fold_below=SMALLEST_HALF)
 
 
 def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:

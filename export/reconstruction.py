@@ -19,7 +19,7 @@ from a2v.reconstruction.implicit.inputs import FRAME, GUIDE
 from a2v.reconstruction.implicit.model import COLORS_FILE, FIELD_FILE, FORMAT, MAPS_FILE
 from a2v.reconstruction.implicit.networks import GUIDE_CHANNELS, PHOTO_CHANNELS, Painter, point_values
 from a2v.reconstruction.implicit.training import Detail, Shape, load_networks
-from export.storage import OPSET, round_to_stored, save_model, shrink
+from export.storage import round_to_stored, save_model, shrink, to_onnx
 
 
 class MapsGraph(nn.Module):
@@ -124,13 +124,7 @@ def export_reconstruction(
 
 def _trace(graph: nn.Module, arguments: tuple[Tensor, ...], inputs: list[str], outputs: list[str], varying: list[str]) -> onnx.ModelProto:
     points = torch.export.Dim("points", min=2)
-    sizes = {name: {1: points} if name in varying else None for name in inputs}
     with torch.no_grad():
-        program = torch.onnx.export(
-            graph, arguments, dynamo=True, opset_version=OPSET, input_names=inputs, output_names=outputs,
-            dynamic_shapes=tuple(sizes.values()), verbose=False,
-        )  # fmt: skip
-    assert program is not None
-    proto = program.model_proto  # a new one at every access
+        proto = to_onnx(graph, arguments, inputs, outputs, [{1: points} if name in varying else None for name in inputs])
     shrink(proto)
     return proto

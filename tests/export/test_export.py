@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import onnx
 import onnxruntime
 import pytest
 import torch
@@ -45,6 +46,16 @@ def test_onnx_equals_pytorch_on_the_same_noise(exported, batch, frames):
     joints, _ = onnx_model.run_steps(actions, noise, lengths)
     expected = model.sample(torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)).joints.numpy()
     assert np.abs(joints - expected).max() < 1e-4
+
+
+def test_the_loop_repeats_nothing_that_the_weights_alone_decide(exported):
+    _, onnx_model = exported
+    (scan,) = [node for node in onnx.load(onnx_model.path).graph.node if node.op_type == "Scan"]
+    body = scan.attribute[[item.name for item in scan.attribute].index("body")].g
+    varying = {item.name for item in body.input} | {"lengths"}
+    for node in body.node:
+        assert varying.intersection(node.input), f"{node.op_type} of {list(node.input)} is the same for every frame"
+        varying.update(node.output)
 
 
 @pytest.mark.parametrize("temperature", [0.5, 1.0])

@@ -95,10 +95,12 @@ class StepGraph(nn.Module):
         """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J) and h^o."""
         decoder, size = self.model.pose_decoder, poses.shape[1]
         assert decoder.velocity_net is not None
-        layers = list(decoder.velocity_net.children()) or [decoder.velocity_net]
-        inputs = torch.cat([local, poses, told], -1)
-        first = layers[0] if decoder.velocity_gru is None else decoder.velocity_in
+        if decoder.velocity_gru is None:
+            first, *rest = decoder.velocity_net.children()
+        else:
+            first, rest = decoder.velocity_in, [decoder.velocity_net]
         assert isinstance(first, nn.Linear)
+        inputs = torch.cat([local, poses, told], -1)
         # poses count relative to their root: the root's columns take off what the others add
         before = first.weight[:, size : 2 * size]
         shared = before.reshape(len(before), -1, 3).sum(1)
@@ -109,7 +111,7 @@ class StepGraph(nn.Module):
             into, offset = gru_weights(decoder.velocity_gru, 0, "ih")
             gates = nn.functional.linear(inputs, into @ weight, into @ first.bias + offset)
             hidden = trajectory = _gru_step(gates, trajectory, *gru_weights(decoder.velocity_gru, 0, "hh"))
-        for layer in layers if decoder.velocity_gru is not None else layers[1:]:
+        for layer in rest:
             hidden = layer(hidden)
         return trajectory, hidden
 
@@ -120,8 +122,7 @@ class RotationsGraph(nn.Module):
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
         self.skeleton, self.plain = model.skeleton, model.settings.decoder == "plain"
-        joints = model.pose_decoder.plan.joints.tolist()
-        self.places = [joints.index(joint) for joint in range(1, self.skeleton.n_joints)]
+        self.places = model.pose_decoder.plan.joints.argsort().tolist()
 
     def forward(self, made: Tensor) -> Tensor:
         """See above."""

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from a2v.kinematics.skeleton import Skeleton
-from a2v.kinematics.so3 import hat
+from a2v.kinematics.so3 import MATRIX_BASIS, constant
 from a2v.kinematics.transforms import compose_rows
 
 
@@ -61,10 +60,6 @@ class ChainPlan(NamedTuple):
         return cls(torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype))
 
 
-_MATRIX_BASIS = np.concatenate([np.eye(3)[None], hat(np.eye(3))]).reshape(4, 9).T.copy()
-"""Matrix (9, 4) that makes a I + hat(v), flat, of (a, v)."""
-
-
 class Turns(NamedTuple):
     """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2, each (..., N)."""
 
@@ -85,7 +80,7 @@ class Turns(NamedTuple):
         """I + linear W + quadratic W^2, W = hat(rotvec): (..., 3, 3, N)."""
         # W^2 = w w^T - |w|^2 I; few operations, since in a loop over frames it is their number that costs
         rotvec = self.rotvec
-        basis = torch.as_tensor(_MATRIX_BASIS, dtype=rotvec.dtype, device=rotvec.device)
+        basis = constant(MATRIX_BASIS, rotvec)
         parts = torch.cat([(1 - quadratic * self.square)[..., None, :], linear[..., None, :] * rotvec], -2)
         scaled = quadratic[..., None, :] * rotvec
         return torch.addcmul((basis @ parts).unflatten(-2, (3, 3)), scaled[..., :, None, :], rotvec[..., None, :, :])  # type: ignore[no-untyped-call]

@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from a2v.types import FloatArray
+
 Array = TypeVar("Array", bound=Any)
 """A numpy array or a torch tensor."""
 
@@ -35,6 +37,18 @@ def hat(rotvec: Array) -> Array:
     rows = [zero, -z, y, z, zero, -x, -y, x, zero]
     matrix: Array = xp.stack(rows, -1).reshape((*rotvec.shape[:-1], 3, 3))
     return matrix
+
+
+MATRIX_BASIS = np.concatenate([np.eye(3)[None], hat(np.eye(3))]).reshape(4, 9).T.copy()
+"""Matrix (9, 4) that makes a I + hat(v), flat, of (a, v)."""
+
+
+def constant(array: FloatArray, like: Array) -> Array:
+    """`array` in the kind, dtype and place of `like`."""
+    xp = namespace(like)
+    made = xp.asarray(array, dtype=like.dtype)
+    placed: Array = made if xp is np else made.to(like.device)
+    return placed
 
 
 def rotvec_to_rotmat(rotvec: Array) -> Array:

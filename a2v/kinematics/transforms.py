@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from a2v.kinematics.skeleton import Skeleton
-from a2v.kinematics.so3 import Array, hat, namespace, rotvec_to_rotmat
+from a2v.kinematics.so3 import MATRIX_BASIS, Array, constant, hat, namespace, rotvec_to_rotmat
 from a2v.types import FloatArray
 
 
@@ -65,9 +65,7 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
     """
     xp = namespace(rotations)
     local = rotvec_to_rotmat(rotations)
-    rest = xp.asarray(skeleton.rest_directions, dtype=rotations.dtype)
-    if xp is not np:
-        rest = rest.to(rotations.device)
+    rest = constant(skeleton.rest_directions, rotations)
     vectors: dict[int, Array] = {0: xp.zeros_like(rotations[..., 0, :])}
     turned: Array | None = None
     position: dict[int, int] = {}
@@ -81,10 +79,7 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
             vectors[joint] = ends[..., i, :]
     directions = xp.stack([vectors[joint] for joint in range(skeleton.n_joints)], -2)
     bones = directions * lengths[..., None]
-    path = xp.asarray(skeleton.path_matrix, dtype=rotations.dtype)
-    if xp is not np:
-        path = path.to(rotations.device)
-    positions: Array = path @ bones + root[..., None, :]
+    positions: Array = constant(skeleton.path_matrix, rotations) @ bones + root[..., None, :]
     return positions
 
 
@@ -94,8 +89,8 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
     Each bone takes the smallest turn from the previous one (joint positions leave the twist about a bone open).
     A bone of zero length gets no turn.
     """
-    flat = joints.reshape(-1, 3 * skeleton.n_joints).T.reshape(skeleton.n_joints, 3, -1)
-    turns = bone_turns(flat - flat[np.maximum(skeleton.parents, 0).tolist()], skeleton)
+    bones = bone_vectors(joints, skeleton).reshape(-1, 3 * skeleton.n_joints).T
+    turns = bone_turns(bones.reshape(skeleton.n_joints, 3, -1), skeleton)
     rotations: Array = turns.reshape(3 * skeleton.n_joints, -1).T.reshape(joints.shape)
     return rotations
 
@@ -103,8 +98,7 @@ def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
 def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
     """The rotation vectors of `inverse_kinematics`, from bones of any length.
 
-    Poses come last, so that every operation runs along N numbers in a row: exported, this is what a flow's graph spends
-    most of its time on besides its products.
+    Poses come last, so that every operation runs along N numbers in a row: a flow's graph has this inside.
 
     Parameters
     ----------
@@ -118,11 +112,6 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
     """
     xp = namespace(bones)
     tiny = 1e-12
-
-    def constant(array: FloatArray) -> Any:
-        made = xp.asarray(array, dtype=bones.dtype)
-        return made if xp is np else made.to(bones.device)
-
     length = xp.sqrt((bones * bones).sum(1))[:, None]
     still = length < tiny
     directions = bones / xp.where(still, xp.ones_like(length), length)
@@ -136,9 +125,9 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
         before = None if frames is None else frames[[position[p] for p in previous]]
         if before is not None:
             target = (before * target[:, :, None]).sum(1)  # transpose(before) @ target
-        target = xp.where(still[joints], constant(rest[..., None]), target)
+        target = xp.where(still[joints], constant(rest[..., None], bones), target)
         # for rest directions e and targets w: cos = e . w, sin * axis = e x w, and cos I + hat(sin * axis), all linear in w
-        parts = constant(_swing_parts(rest)) @ target
+        parts = constant(_swing_parts(rest), bones) @ target
         cosine, cross, linear = parts[:, :1], parts[:, 1:4], parts[:, 4:]
         sine = xp.sqrt((cross * cross).sum(1))[:, None]
         beyond = cosine < 0
@@ -146,7 +135,7 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
         angle = 2 * xp.arctan(xp.where(beyond, 1 - cosine, sine) / xp.where(beyond, xp.clip(sine, tiny, None), 1 + cosine))
         # a bone turned right back has no axis of its own: any one square to the rest direction
         opposite = beyond & (sine < xp.finfo(bones.dtype).eps ** 0.5)
-        axis = xp.where(opposite, constant(_any_normal(rest)[..., None]), cross / xp.clip(sine, tiny, None))
+        axis = xp.where(opposite, constant(_any_normal(rest)[..., None], bones), cross / xp.clip(sine, tiny, None))
         turn = axis * angle
         frame = linear.reshape(len(joints), 3, 3, -1) + ((1 - cosine) * axis)[:, :, None] * axis[:, None]
         if before is not None:
@@ -160,11 +149,8 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
 
 def _swing_parts(rest: FloatArray) -> FloatArray:
     """Matrices (n, 13, 3) that make of w: e . w, e x w and (e . w) I + hat(e x w), for unit rest directions e (n, 3)."""
-    cross = hat(rest)
-    cosine = rest[:, None]
-    # hat is linear: its columns by w are the hats of the columns of hat(e)
-    linear = hat(np.swapaxes(cross, 1, 2)) + rest[:, :, None, None] * np.eye(3)
-    parts: FloatArray = np.concatenate([cosine, cross, linear.reshape(len(rest), 3, 9).swapaxes(1, 2)], 1)
+    both = np.concatenate([rest[:, None], hat(rest)], 1)
+    parts: FloatArray = np.concatenate([both, MATRIX_BASIS @ both], 1)
     return parts
 
 

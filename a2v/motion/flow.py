@@ -217,11 +217,10 @@ class FlowNetwork(nn.Module):
         guided = [guidance != 1 and start < guided_until for start in (0.0, *starts)]
         # times and conditions are known before any point is: one product for all evaluations instead of one for each
         known = [part for push in guided for part in ((condition, without) if push else (condition,))]
-        moments = [time for time, push in zip(times, guided, strict=True) for _ in range(1 + push)]
-        each = noise.new_tensor(moments)[:, None].expand(-1, noise.shape[0]).flatten()
         counts = [1 + push for push in guided]
+        each = noise.new_tensor(np.repeat(times, counts).tolist())[:, None].expand(-1, noise.shape[0]).flatten()
         blocks = [
-            [torch.split(part.reshape(len(moments), -1, part.shape[-1]), counts) for part in by]
+            [torch.split(part.reshape(len(known), -1, part.shape[-1]), counts) for part in by]
             for by in self.modulations(each, torch.cat(known))
         ]  # fmt: skip
 

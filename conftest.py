@@ -8,6 +8,8 @@ import tempfile
 
 import pytest
 
+pytest_plugins = ["tests.support.characters"]
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """The controlling process makes the folder; workers and the programs that tests start inherit it."""

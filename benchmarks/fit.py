@@ -17,7 +17,8 @@ import numpy as np
 
 from a2v.body import fit_body, load_body_model
 from a2v.perception import find_person
-from a2v.reconstruction.synthetic import PhotoSettings, a_pose, list_avatars, load_avatar, photograph
+from a2v.studio.avatars import a_pose, list_avatars, load_avatar
+from a2v.studio.portrait import PhotoSettings, photograph
 from a2v.types import OrthographicCamera
 
 JOINTS = {

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from a2v.animation import ArapDeformer, bind
-from a2v.animation.mesh import vertex_normals
 from a2v.body import load_body_model, make_body
-from a2v.rendering import Layers, Renderer, denoise, follow_cameras, linear_to_srgb
+from a2v.geometry.colors import linear_to_srgb
+from a2v.geometry.mesh import vertex_normals
+from a2v.rendering import Layers, Renderer, denoise, follow_cameras
 from a2v.types import Character, FloatArray, RenderSettings, Surface
 
 

@@ -25,8 +25,8 @@ from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.gradient import Turns, bone_ends, chain_frames, joint_positions
+from a2v.motion.fused import generator_entry, generator_exit, gru_weights, joined
 from a2v.motion.networks import MotionVAE
-from a2v.motion.recurrence import generator_entry, generator_exit, gru_weights, joined
 from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink, to_onnx
 
 FORMAT = "a2v-motion/1"

@@ -28,8 +28,8 @@ import numpy as np
 from IPython.display import Video, display
 
 from a2v import Motion
-from a2v.animation import write_bvh
 from a2v.datasets import load_dataset
+from a2v.formats.bvh import write_bvh
 from a2v.kinematics import SKELETONS, bone_lengths, forward_kinematics, inverse_kinematics
 from a2v.motion import MotionModel
 from a2v.motion.applications import generated_dataset

@@ -26,19 +26,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from a2v import Character, Surface
-from a2v.animation import (
-    ArapDeformer,
-    DeformSettings,
-    RetargetSettings,
-    control_points,
-    deform,
-    resample_motion,
-    retarget,
-    rig_motion,
-    write_bvh,
-    write_glb,
-    write_morph_glb,
-)
+from a2v.animation import ArapDeformer, DeformSettings, RetargetSettings, control_points, deform, retarget, rig_motion
+from a2v.formats.bvh import write_bvh
+from a2v.formats.gltf import write_glb, write_morph_glb
+from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.rendering.preview import preview_surface
 from pipelines.inputs import photo_parameters
@@ -127,7 +118,7 @@ from a2v.rendering import write_page
 
 write_page(folder / "preview.html", folder / "character.glb", title="Walk and Jump")
 try:
-    from a2v.animation import write_usd
+    from a2v.formats.usd import write_usd
 
     write_usd(folder / "character.usdz", character, clips)
 except ImportError as error:
@@ -139,7 +130,7 @@ for path in sorted(folder.iterdir()):
 # What was written reads back:
 
 # %%
-from a2v.animation import read_bvh
+from a2v.formats.bvh import read_bvh
 
 again = read_bvh(folder / "walk.bvh")
 ours = rig_motion(clean, body, walk.fps)

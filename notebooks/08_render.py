@@ -27,7 +27,8 @@ import numpy as np
 from IPython.display import Video, display
 
 from a2v import Character, RenderSettings
-from a2v.rendering import CameraPath, Renderer, denoise, follow_cameras, linear_to_srgb, read_cameras, write_video
+from a2v.geometry.colors import linear_to_srgb
+from a2v.rendering import CameraPath, Renderer, denoise, follow_cameras, read_cameras, write_video
 from pipelines.inputs import video_parameters
 from pipelines.nodes.values import Vertices
 from pipelines.run import run

@@ -24,7 +24,7 @@ import numpy as np
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path
-from a2v.types import Record
+from a2v.record import Record
 
 T = TypeVar("T")
 R = TypeVar("R", bound=Record)

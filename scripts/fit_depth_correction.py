@@ -20,8 +20,8 @@ from a2v.evaluation.reconstruction import open_studio
 from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
 from a2v.perception.detector import Detector
 from a2v.perception.landmarks import LANDMARKS
-from a2v.reconstruction.synthetic.generate import Studio
-from a2v.reconstruction.synthetic.view import View, list_views
+from a2v.studio.generate import Studio
+from a2v.studio.view import View, list_views
 
 OTHER_SIDE = np.array([LANDMARKS.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in LANDMARKS])
 GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_index")

@@ -1,4 +1,4 @@
-"""Fit the Gaussian mixture over body poses (Eq. 18) that `a2v.body.prior` ships.
+"""Fit the Gaussian mixture over body poses (Eq. 18) that `a2v.body.pose_prior` ships.
 
     python scripts/fit_pose_prior.py --data ../shared/data --out a2v/body/data/pose_prior_anny.npz
 

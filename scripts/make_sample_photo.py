@@ -18,8 +18,9 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
-from a2v.reconstruction.synthetic import Photo, PhotoSettings, a_pose, load_avatar, photograph
 from a2v.rendering import contact_sheet
+from a2v.studio.avatars import a_pose, load_avatar
+from a2v.studio.portrait import Photo, PhotoSettings, photograph
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300_000

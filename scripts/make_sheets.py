@@ -41,7 +41,8 @@ def sources(data: Path) -> dict[str, Path]:
 
 def photographed(avatar: Path, folder: Path) -> Path:
     """A photo of an avatar, made here."""
-    from a2v.reconstruction.synthetic import PhotoSettings, a_pose, load_avatar, photograph
+    from a2v.studio.avatars import a_pose, load_avatar
+    from a2v.studio.portrait import PhotoSettings, photograph
 
     path = folder / f"{avatar.stem}_photo.png"
     if not path.exists():

@@ -88,7 +88,7 @@ def test_the_character_is_textured_skinned_and_animated(made):
 
 
 def test_the_bvh_moves_the_characters_bones(made):
-    from a2v.animation import read_bvh
+    from a2v.formats.bvh import read_bvh
 
     motion = read_bvh(made[0] / "motion.bvh")
     assert motion.frames == FRAMES

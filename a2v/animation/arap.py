@@ -7,11 +7,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from a2v.animation.compiled import compiled
 from a2v.animation.deform import ControlPoints, blended_matrices, skinning_matrices
-from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian
-from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
+from a2v.geometry.compiled import compiled
+from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian
+from a2v.geometry.polar import rotations_of
 from a2v.types import Character, FloatArray, IntArray
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from a2v.animation.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
 from a2v.errors import InputError
+from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.animation.polar import rotations_of
 from a2v.errors import InputError
+from a2v.geometry.polar import rotations_of
 from a2v.types import Character, FloatArray
 
 

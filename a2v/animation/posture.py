@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.animation.names import canonical_joints
 from a2v.animation.rig import SIDES, Rig
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.kinematics.names import canonical_joints
 from a2v.types import FloatArray, Motion
 
 _LEAN: dict[str, float] = {"humanact12": 0.8, "cmu": -1.9}

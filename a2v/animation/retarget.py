@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.animation.contacts import ContactSettings, clean_contacts
-from a2v.animation.names import canonical_joints, missing_joints
 from a2v.animation.posture import Posture, foot_pitch, standing_posture, straightened, upright_back
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
 from a2v.errors import InputError
 from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat, swing_between
+from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.types import Body, FloatArray, Motion
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from a2v.animation.names import canonical_joints, missing_joints
 from a2v.errors import InputError
+from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Motion
 
 SIDES: tuple[str, str] = ("left", "right")
@@ -194,7 +194,7 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     InputError
         Wrong shape.
     """
-    from a2v.animation.bvh import chain_rotations
+    from a2v.formats.bvh import chain_rotations
     from a2v.kinematics import skeleton_of, swing_between
     from a2v.kinematics.so3 import rotvec_to_rotmat
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 if TYPE_CHECKING:
@@ -114,14 +115,6 @@ def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, si
     return MaskField(distance.astype(np.float32), step, contour[keep], outward[keep], known, inside)
 
 
-def ray_scene(vertices: FloatArray, faces: IntArray) -> tuple[Any, Any]:
-    """An Embree scene of one mesh, on one thread, and open3d's constructor of tensors."""
-    import open3d
-
-    tensor: Any = open3d.core.Tensor
-    scene = open3d.t.geometry.RaycastingScene(nthreads=1)
-    scene.add_triangles(tensor(np.ascontiguousarray(vertices, dtype=np.float32)), tensor(faces.astype(np.uint32)))
-    return scene, tensor
 
 
 def rasterize(

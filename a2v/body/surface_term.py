@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.silhouette import ray_scene
+from a2v.geometry.rays import ray_scene
 from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
 
 if TYPE_CHECKING:

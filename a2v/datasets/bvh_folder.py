@@ -9,11 +9,11 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from a2v.animation.bvh import read_bvh
-from a2v.animation.names import canonical_joints
 from a2v.datasets.base import ActionDataset, FileSource, check_joints
 from a2v.errors import InputError
+from a2v.formats.bvh import read_bvh
 from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
+from a2v.kinematics.names import canonical_joints
 from a2v.types import Motion, Progress
 
 
@@ -28,7 +28,7 @@ class BVHFolderSettings:
     frames : int
         Length of the windows that models learn and are measured on; shorter clips hold their last pose.
     units : str
-        What the files measure in: a name of `a2v.animation.bvh.UNITS`; "" guesses from the person's height in the first file.
+        What the files measure in: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's height in the first file.
     up : str
         The files' upward axis: x, y, z, -x, -y or -z; "" guesses from the first file.
     """

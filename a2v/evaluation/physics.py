@@ -131,7 +131,7 @@ def physics_metrics(motion: Motion, *, feet: tuple[int, ...] | None = None, floo
         No foot joints are known.
     """
     if feet is None:
-        from a2v.animation.names import canonical_joints
+        from a2v.kinematics.names import canonical_joints
 
         found = canonical_joints(motion.joint_names, motion.parents.tolist())
         feet = tuple(found[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot") if name in found)

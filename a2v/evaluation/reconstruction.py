@@ -22,13 +22,13 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.evaluation.metrics import confidence_interval
+from a2v.geometry.visibility import vertex_normals
 from a2v.io import atomic_path, sha256
 from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest, backend_of
-from a2v.reconstruction.visibility import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 if TYPE_CHECKING:
-    from a2v.reconstruction.synthetic.generate import Studio
+    from a2v.studio.generate import Studio
 
 SPLIT = "validation"
 
@@ -129,8 +129,8 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) ->
     data : path
         Folder with ``avatars/`` and the motion data.
     """
-    from a2v.reconstruction.synthetic.generate import Studio, StudioSettings
-    from a2v.reconstruction.synthetic.guide import GuideErrors
+    from a2v.studio.generate import Studio, StudioSettings
+    from a2v.studio.guide import GuideErrors
 
     exact = {item.name: 0.0 for item in dataclasses.fields(GuideErrors)}
     return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))
@@ -138,7 +138,7 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) ->
 
 def choose_views(studio: Studio, settings: BenchmarkSettings) -> list[int]:
     """Indices of validation views, seeded: every held-out identity, and the other people in the held-out outfit, as often as the others."""
-    from a2v.reconstruction.synthetic.variation import VALIDATION_IDENTITIES
+    from a2v.studio.variation import VALIDATION_IDENTITIES
 
     generator = np.random.default_rng([settings.seed, 101])
     each = studio.settings.same_avatar
@@ -177,7 +177,7 @@ def open_case(studio: Studio, index: int) -> Case:
 
 def lit_by(surface: Surface, gain: FloatArray) -> Surface:
     """A surface whose colours (and texture) are multiplied by a linear RGB gain (3,), as in even light."""
-    from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
+    from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 
     colors = linear_to_srgb(srgb_to_linear(surface.colors) * gain)
     if surface.texture is None:
@@ -238,9 +238,9 @@ def surface_maps(surface: Surface, normals: FloatArray, camera: OrthographicCame
     side : int
         1 from the front, -1 from the back.
     """
-    from a2v.reconstruction.rays import RayScene
-    from a2v.reconstruction.synthetic.generate import texture_at
-    from a2v.rendering.images import linear_to_srgb
+    from a2v.geometry.colors import linear_to_srgb
+    from a2v.geometry.rays import RayScene
+    from a2v.studio.generate import texture_at
 
     step = max(photo) / size
     rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in photo)
@@ -268,7 +268,7 @@ class Truth:
 
     def __init__(self, case: Case, settings: BenchmarkSettings) -> None:
         """See the class."""
-        from a2v.reconstruction.rays import RayScene, face_normals
+        from a2v.geometry.rays import RayScene, face_normals
 
         self.case, self.settings = case, settings
         self.photo = (int(case.mask.shape[0]), int(case.mask.shape[1]))
@@ -298,7 +298,7 @@ class Truth:
 
     def compare_shape(self, placed: Placed) -> dict[str, float]:
         """Chamfer distance and point to surface (cm), normal consistency, and IoU of the silhouettes."""
-        from a2v.reconstruction.rays import RayScene
+        from a2v.geometry.rays import RayScene
 
         surface, case, settings = placed.surface, self.case, self.settings
         points, normals = sample_surface(surface, settings.points, seed=settings.seed)
@@ -513,7 +513,7 @@ class Measured:
 
     def __init__(self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings) -> None:
         """See the class."""
-        from a2v.reconstruction.synthetic.generate import VERSION
+        from a2v.studio.generate import VERSION
 
         self.folder = Path(folder)
         protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name != "views"}
@@ -598,7 +598,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     """
     import cv2
 
-    from a2v.rendering.images import to_bytes
+    from a2v.geometry.colors import to_bytes
     from a2v.rendering.preview import preview_surface
 
     case = result.case
@@ -665,7 +665,7 @@ def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> st
 
 def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
     """Means of one method by "identity" (people who are held out; "others" wear the held-out outfit) or by "outfit"."""
-    from a2v.reconstruction.synthetic.variation import VALIDATION_IDENTITIES
+    from a2v.studio.variation import VALIDATION_IDENTITIES
 
     groups: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
@@ -684,7 +684,7 @@ def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
 def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:
     """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
     from a2v import __version__
-    from a2v.reconstruction.synthetic.generate import VERSION
+    from a2v.studio.generate import VERSION
 
     return {
         "protocol": dataclasses.asdict(settings) | {"split": SPLIT},

@@ -122,7 +122,7 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     """
     if start.batch:
         raise InputError(f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it first")
-    from a2v.animation.resample import resample_motion
+    from a2v.kinematics.resample import resample_motion
 
     names = model.check_request(action, frames, count)
     skeleton = model.skeleton
@@ -235,8 +235,8 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     """
     if motion.joint_names == skeleton.joint_names:
         return motion.joints.astype(np.float32)
-    from a2v.animation.names import canonical_joints, missing_joints
     from a2v.animation.retarget import source_joints
+    from a2v.kinematics.names import canonical_joints, missing_joints
 
     wanted = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     if missing := missing_joints(wanted):

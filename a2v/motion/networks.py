@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton
 from a2v.kinematics.gradient import ChainPlan, local_kinematics
-from a2v.motion.recurrence import RollOut, with_feedback
+from a2v.motion.fused import RollOut, with_feedback
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
@@ -263,7 +263,7 @@ class MotionVAE(nn.Module):
         return pose
 
     def reconstruct(self, joints: Tensor, actions: Tensor, lengths: Tensor, noise: Tensor, teacher: Tensor | None = None) -> Reconstruction:
-        """One training pass. Only sequences without teacher forcing need loops over frames (`a2v.motion.recurrence`).
+        """One training pass. Only sequences without teacher forcing need loops over frames (`a2v.motion.fused`).
 
         Parameters
         ----------

@@ -515,7 +515,7 @@ def level_floor(joints: FloatArray, window: int, piece: int | None = None) -> Fl
 
 def body_parts(skeleton: Skeleton) -> dict[str, tuple[int, ...]]:
     """Joints whose bones make up "arms", "legs", "head", "torso" (the others) and "all"; without those that have none."""
-    from a2v.animation.names import canonical_joints
+    from a2v.kinematics.names import canonical_joints
 
     found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     ends = {"arms": ("elbow", "wrist", "hand", "thumb"), "legs": ("knee", "ankle", "foot", "toes")}

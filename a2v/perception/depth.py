@@ -16,7 +16,8 @@ import numpy as np
 
 from a2v.kinematics import best_scale
 from a2v.perception.landmarks import INDEX
-from a2v.types import FloatArray, Record
+from a2v.record import Record
+from a2v.types import FloatArray
 
 FILE = Path(__file__).resolve().parent / "data" / "depth_correction.npz"
 HIPS = [INDEX["left_hip"], INDEX["right_hip"]]

@@ -11,7 +11,6 @@ from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
 from a2v.reconstruction.sheet import surface_sheet
-from a2v.reconstruction.visibility import silhouette_iou, visible_vertices
 
 __all__ = [
     "ColorSettings",
@@ -23,8 +22,6 @@ __all__ = [
     "color_surface",
     "extract_surface",
     "implicit_surface",
-    "silhouette_iou",
     "solve_colors",
     "surface_sheet",
-    "visible_vertices",
 ]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.reconstruction.visibility import raycasting_scene
+from a2v.geometry.visibility import raycasting_scene
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _AXES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], np.float64)

@@ -119,8 +119,8 @@ def color_shape(
 
 def color_mirrored(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
-    from a2v.reconstruction.prior import clean_colors, sample_image
-    from a2v.rendering.images import to_bytes
+    from a2v.geometry.colors import to_bytes
+    from a2v.reconstruction.color_prior import clean_colors, sample_image
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.visibility import cast_depth, contour_distance, person_box, raycasting_scene, silhouette_iou, vertex_normals
+from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction.extraction import mesh_grid, piece_of_faces
-from a2v.reconstruction.visibility import cast_depth, contour_distance, person_box, raycasting_scene, silhouette_iou, vertex_normals
-from a2v.reconstruction.volume import Grid, signed_distance
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.visibility import depth_map, vertex_normals
 from a2v.reconstruction.atlas import make_atlas
+from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, sample_image
 from a2v.reconstruction.equation14 import solve_colors
-from a2v.reconstruction.prior import clean_colors, mirrored_prior, sample_image
-from a2v.reconstruction.visibility import depth_map, vertex_normals
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import A2VError, InputError
-from a2v.reconstruction.visibility import vertex_normals
-from a2v.reconstruction.volume import Grid
+from a2v.geometry.visibility import vertex_normals
+from a2v.geometry.volume import Grid
 from a2v.types import BoolArray, FloatArray, IntArray, Progress
 
 Field = Callable[[FloatArray], FloatArray]

@@ -6,7 +6,7 @@ imports neither Mitsuba nor PyAV.
 """
 
 from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
-from a2v.rendering.images import contact_sheet, linear_to_srgb, side_by_side, srgb_to_linear
+from a2v.rendering.images import contact_sheet, side_by_side
 from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Cutout, Layers, Renderer, denoise
 from a2v.rendering.scene import SceneSettings
@@ -28,12 +28,10 @@ __all__ = [
     "contact_sheet",
     "denoise",
     "follow_cameras",
-    "linear_to_srgb",
     "probe_video",
     "read_cameras",
     "read_video",
     "side_by_side",
-    "srgb_to_linear",
     "write_gif",
     "write_page",
     "write_video",

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import NAME_PATTERN, VIEWS, FloatArray, Record, RenderSettings
+from a2v.record import Record
+from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
 AZIMUTHS = {"front": 0.0, "back": 180.0, "left": 90.0, "right": -90.0}
 """Where the cameras of `VIEWS` stand, degrees: the person faces +z and its left is +x."""

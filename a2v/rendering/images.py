@@ -1,4 +1,4 @@
-"""Pictures beside each other, and the sRGB curve."""
+"""Pictures beside each other."""
 
 from __future__ import annotations
 
@@ -7,24 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import ByteArray, FloatArray
-
-
-def linear_to_srgb(linear: FloatArray) -> FloatArray:
-    """Encode linear light, clipped to [0, 1], with the sRGB curve (IEC 61966-2-1); float32 in [0, 1]."""
-    clipped = np.clip(np.asarray(linear, np.float32), 0.0, 1.0)
-    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.power(clipped, 1 / 2.4) - 0.055).astype(np.float32)
-
-
-def srgb_to_linear(encoded: FloatArray) -> FloatArray:
-    """The inverse of `linear_to_srgb` on [0, 1]; float32."""
-    clipped = np.clip(np.asarray(encoded, np.float32), 0.0, 1.0)
-    return np.where(clipped <= 0.04045, clipped / 12.92, np.power((clipped + 0.055) / 1.055, 2.4)).astype(np.float32)
-
-
-def to_bytes(srgb: FloatArray) -> ByteArray:
-    """Round sRGB in [0, 1] to uint8."""
-    return np.asarray(np.rint(255 * np.clip(srgb, 0, 1)), np.uint8)
+from a2v.types import ByteArray
 
 
 def side_by_side(images: Sequence[ByteArray], *, gap: int = 0, color: tuple[int, int, int] = (255, 255, 255)) -> ByteArray:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
-from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
 from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface

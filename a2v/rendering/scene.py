@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.rendering.images import linear_to_srgb, srgb_to_linear, to_bytes
-from a2v.types import ByteArray, FloatArray, IntArray, Record, Surface
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.record import Record
+from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 

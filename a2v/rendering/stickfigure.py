@@ -94,7 +94,7 @@ class _Figure:
     def __init__(self, ax: Axes, motion: Motion, settings: StickSettings) -> None:
         from matplotlib.collections import EllipseCollection, LineCollection
 
-        from a2v.animation.names import canonical_joints, split_side
+        from a2v.kinematics.names import canonical_joints, split_side
 
         self.settings, self.ends = settings, np.arange(1, len(motion.parents))
         self.starts = motion.parents[1:]

@@ -43,7 +43,7 @@ def run(settings: Any) -> int:
     """Make the character and its clips; print the path last."""
     import numpy as np
 
-    from a2v.animation import write_morph_glb
+    from a2v.formats.gltf import write_morph_glb
     from a2v.types import Character
     from pipelines.graph import video_graph
     from pipelines.inputs import check_writable, motion_inputs, photo_parameters, stages_of
@@ -107,7 +107,8 @@ def _listed(text: str) -> list[str]:
 def _write(path: Path, character: Any, clips: dict[str, Any]) -> None:
     import tempfile
 
-    from a2v.animation import write_glb, write_usd
+    from a2v.formats.gltf import write_glb
+    from a2v.formats.usd import write_usd
 
     if path.suffix.lower() == ".glb":
         write_glb(path, character, clips)

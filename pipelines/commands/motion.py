@@ -170,7 +170,7 @@ def first_frames(path: str, frames: int | None) -> Motion:
     InputError
         The file is unreadable, or has not so many frames.
     """
-    from a2v.animation import read_motion
+    from a2v.formats.motion import read_motion
 
     motion = read_motion(path)
     if motion.batch:
@@ -219,7 +219,7 @@ def write(motion: Motion, path: Path) -> list[Path]:
         titles = motion.action.split("|") if "|" in motion.action else None
         save_stick_figures(path, motion, titles=titles, given=int(motion.provenance.get("given_frames", 0)))
         return [path]
-    from a2v.animation import write_bvh
+    from a2v.formats.bvh import write_bvh
 
     if not motion.batch:
         write_bvh(path, motion)

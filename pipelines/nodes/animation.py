@@ -12,7 +12,7 @@ from pipelines.nodes.values import Pose, Poses, Vertices
 from pipelines.store import Ref, current, get, put
 
 
-@memo(uses=("animation", "body.parts"))
+@memo(uses=("animation", "geometry", "body.parts"))
 def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
     """Bind the surface to the body's bones (Eq. 19)."""
     from a2v import animation
@@ -20,7 +20,7 @@ def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref
     return put(animation.bind(get(colored, Surface), get(body, Body), settings=bind))
 
 
-@memo(uses=("animation", "kinematics"))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings) -> Ref[Poses]:
     """Carry the motion over to the body's bones; the feet neither slide nor sink."""
     from a2v import animation
@@ -35,7 +35,7 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
     return [put(Pose(bone_transforms=transforms)) for transforms in get(poses, Poses).bone_transforms]
 
 
-@memo(uses=("animation",))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
     """Deform the character to one pose (Eq. 20)."""
     deformed = _deformer(str(current().folder), character, deform)

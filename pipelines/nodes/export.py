@@ -11,10 +11,10 @@ from pipelines.nodes.values import Blob, Poses
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("animation",))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     """One binary glTF: textured, skinned, animated."""
-    from a2v.animation import write_glb
+    from a2v.formats.gltf import write_glb
 
     moves = get(poses, Poses)
     with tempfile.TemporaryDirectory() as folder:
@@ -23,10 +23,10 @@ def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
         return put(Blob.of(path.read_bytes()))
 
 
-@memo(uses=("animation",))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def still(character: Ref[Character]) -> Ref[Blob]:
     """One binary glTF in the photo's pose: textured and skinned."""
-    from a2v.animation import write_glb
+    from a2v.formats.gltf import write_glb
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
@@ -34,10 +34,11 @@ def still(character: Ref[Character]) -> Ref[Blob]:
         return put(Blob.of(path.read_bytes()))
 
 
-@memo(uses=("animation", "kinematics"))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def bvh(poses: Ref[Poses], body: Ref[Body]) -> Ref[Blob]:
     """The motion of the body's own rig as BVH."""
-    from a2v.animation import rig_motion, write_bvh
+    from a2v.animation import rig_motion
+    from a2v.formats.bvh import write_bvh
 
     moves = get(poses, Poses)
     with tempfile.TemporaryDirectory() as folder:

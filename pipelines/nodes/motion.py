@@ -7,21 +7,21 @@ from pipelines.memo import memo
 from pipelines.store import File, Ref, put
 
 
-@memo(uses=("motion", "kinematics", "animation.resample", "animation.names"))
+@memo(uses=("motion", "kinematics"))
 def motion(model: File, action: str, frames: int, seed: int, fps: float | None) -> Ref[Motion]:
     """Sample a motion model; a comma between actions makes a transition. `fps` resamples it to a smoother or coarser one."""
-    from a2v.animation.resample import resample_motion
+    from a2v.kinematics.resample import resample_motion
     from a2v.motion import MotionModel
 
     made = MotionModel.load(model.path).sample([name.strip() for name in action.split(",")], frames=frames, seed=seed)
     return put(made if fps is None else resample_motion(made, fps))
 
 
-@memo(uses=("animation", "kinematics"))
+@memo(uses=("animation", "formats", "geometry", "kinematics"))
 def recorded(motion_file: File, action: str, frames: int, fps: float | None) -> Ref[Motion]:
     """Read a motion file: at `fps` (by default the file's own, at most 30), the first `frames` of it."""
-    from a2v.animation.motionfile import read_motion
-    from a2v.animation.resample import resample_motion
+    from a2v.formats.motion import read_motion
+    from a2v.kinematics.resample import resample_motion
 
     made = read_motion(motion_file.path, action=action)
     if made.batch:

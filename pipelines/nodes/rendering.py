@@ -20,7 +20,7 @@ from pipelines.nodes.values import Blob, Image, Poses, Vertices
 from pipelines.store import Ref, current, get, put
 
 
-@memo(uses=("rendering",), remember=False)
+@memo(uses=("rendering", "geometry",), remember=False)
 def look(render: RenderSettings) -> Ref[RenderSettings]:
     """What of the settings a single frame depends on, with the Mitsuba variant that works on this machine."""
     from a2v.rendering import choose_variant
@@ -33,7 +33,7 @@ def look(render: RenderSettings) -> Ref[RenderSettings]:
     return put(dataclasses.replace(render, variant=variant, views=VIEWS, threads=0, provenance={}))
 
 
-@memo(uses=("rendering",))
+@memo(uses=("rendering", "geometry",))
 def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath, ...]) -> np.ndarray:
     """The cameras of every frame and view; they follow the character."""
     from a2v.rendering import follow_cameras
@@ -49,7 +49,7 @@ def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath,
     return found
 
 
-@memo(uses=("rendering", "perception.photo"))
+@memo(uses=("rendering", "geometry", "perception.photo"))
 def frame(
     character: Ref[Character],
     posed: Ref[Vertices],

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.types import ByteArray, FloatArray, Record
+from a2v.record import Record
+from a2v.types import ByteArray, FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

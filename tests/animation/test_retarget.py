@@ -9,16 +9,19 @@ import numpy as np
 import pytest
 
 from a2v import Body, InputError, Motion
-from a2v.animation import RetargetSettings, measure_retargeting, read_bvh, read_motion, resample_motion, retarget, rig_motion, write_bvh
+from a2v.animation import RetargetSettings, retarget, rig_motion
 from a2v.animation.contacts import find_contacts
 from a2v.animation.posture import knee_bend, lean_of, standing_posture, straightened
 from a2v.animation.retarget import heading_turn, source_joints, source_leg_length
 from a2v.animation.rig import SIDES, joints_of, place, rig_of
 from a2v.body import load_body_model, make_body
 from a2v.evaluation.physics import jitter
+from a2v.evaluation.retargeting import measure_retargeting
+from a2v.formats.bvh import read_bvh, write_bvh
+from a2v.formats.motion import read_motion
 from a2v.kinematics import CMU, HUMANACT12, Skeleton, rotvec_to_rotmat
-
-from .conftest import clip
+from a2v.kinematics.resample import resample_motion
+from tests.support.characters import clip
 
 LIMBS = [("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist")]
 RAW = RetargetSettings(raw=True, smoothing=0.0)

@@ -12,8 +12,8 @@ from scipy.stats import multivariate_normal
 from a2v.body import load_body_model, make_body
 from a2v.body.collision import LimbBalls
 from a2v.body.objective import geman_mcclure
+from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
-from a2v.body.prior import PosePrior, load_pose_prior
 from a2v.body.silhouette import mask_field, rasterize, rim_vertices, silhouette_iou
 from a2v.errors import InputError
 from a2v.io import write_npz

@@ -33,8 +33,8 @@ from a2v.evaluation.reconstruction import (
     to_true_frame,
 )
 from a2v.reconstruction.backends import COLORINGS, Shape
-from a2v.reconstruction.synthetic import a_pose, list_avatars, load_avatar
-from a2v.reconstruction.synthetic.generate import StudioSettings
+from a2v.studio.avatars import a_pose, list_avatars, load_avatar
+from a2v.studio.generate import StudioSettings
 from a2v.types import OrthographicCamera, Subject, Surface
 from pipelines.cli import main
 

@@ -80,7 +80,7 @@ def test_the_file_alone_makes_the_same_motions_as_the_library(empty):
     assert np.abs(made.joints - expected.joints).max() < 1e-4
     assert made.joint_names == expected.joint_names
     run(empty, "sample.py", "model.onnx", "--action", "sit", "--frames", "20", "--bone-scale", "1.2", "--out", "m.bvh")
-    from a2v.animation import read_bvh
+    from a2v.formats.bvh import read_bvh
 
     motion = read_bvh(folder / "m.bvh")
     expected = MotionModel.load(folder / "model.onnx").sample("sit", frames=20, bone_scale=1.2)

@@ -161,7 +161,7 @@ def test_the_script_gives_the_same_motion_and_needs_nothing_of_the_project(expor
 
 
 def test_the_script_writes_bvh_whose_joints_are_the_motion(exported, tmp_path):
-    from a2v.animation import read_bvh
+    from a2v.formats.bvh import read_bvh
 
     _, model = exported
     assert sample_script.main([str(model.path), "--action", "slow", "--frames", "6", "--out", str(tmp_path / "m.bvh")]) == 0

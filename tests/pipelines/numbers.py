@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.types import Record
+from a2v.record import Record
 from pipelines.graph import Step
 from pipelines.memo import measure, memo, note, progress
 from pipelines.store import Ref, get, put

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from a2v.body import PARTS, load_body_model, make_body
+from a2v.geometry.visibility import depth_map
 from a2v.perception import LANDMARKS
-from a2v.reconstruction.visibility import depth_map
 from a2v.types import Body, OrthographicCamera, Subject
 
 SIZE = (460, 640)

@@ -11,8 +11,8 @@ import trimesh
 
 from a2v.body import PARTS, load_body_model, make_body, nearest_parts
 from a2v.errors import InputError
-from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, silhouette_iou, surface_sheet
-from a2v.reconstruction.visibility import depth_map
+from a2v.geometry.visibility import depth_map, silhouette_iou
+from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
 from a2v.types import Surface
 from tests.reconstruction.conftest import HAIR, JACKET, SIZE, SKIN
 

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from a2v.errors import InputError
+from a2v.geometry.volume import Grid
 from a2v.reconstruction.extraction import (
     ExtractionSettings,
     even_out,
@@ -17,7 +18,6 @@ from a2v.reconstruction.extraction import (
     sample_field,
     self_intersections,
 )
-from a2v.reconstruction.volume import Grid
 
 BOX = np.array([[-0.32, -0.5, -0.2], [0.32, 0.5, 0.2]])
 TALL = np.array([[-0.3, -0.9, -0.2], [0.3, 0.9, 0.2]])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from a2v.geometry.visibility import vertex_normals
 from a2v.reconstruction.relief import follow_normals
-from a2v.reconstruction.visibility import vertex_normals
 
 SPHERE = trimesh.creation.icosphere(subdivisions=4, radius=0.2)
 

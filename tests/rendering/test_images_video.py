@@ -7,17 +7,8 @@ import pytest
 from PIL import Image
 
 from a2v.errors import InputError
-from a2v.rendering import (
-    contact_sheet,
-    linear_to_srgb,
-    probe_video,
-    read_video,
-    side_by_side,
-    srgb_to_linear,
-    write_gif,
-    write_video,
-    write_webp,
-)
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
+from a2v.rendering import contact_sheet, probe_video, read_video, side_by_side, write_gif, write_video, write_webp
 
 
 def clip(frames: int = 12, height: int = 64, width: int = 96) -> list[np.ndarray]:

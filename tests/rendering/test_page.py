@@ -13,9 +13,10 @@ import pytest
 from PIL import Image
 
 from a2v import Character, InputError, Surface
-from a2v.animation import bind, deform, write_glb
-from a2v.animation.mesh import vertex_normals
+from a2v.animation import bind, deform
 from a2v.body import load_body_model, make_body
+from a2v.formats.gltf import write_glb
+from a2v.geometry.mesh import vertex_normals
 from a2v.rendering import write_page, write_video
 from a2v.rendering.page import viewer_script
 

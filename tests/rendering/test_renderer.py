@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, denoise, follow_cameras, linear_to_srgb, srgb_to_linear
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
+from a2v.rendering import Renderer, SceneSettings, ViewCamera, denoise, follow_cameras
 from a2v.rendering.scene import render_mesh
 from a2v.types import RenderSettings, Surface
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from a2v.io import read_npz
+from a2v.reconstruction.color_prior import sample_image
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh, guide_input, mask_distance, photo_input, place_of
-from a2v.reconstruction.prior import sample_image
-from a2v.reconstruction.synthetic.view import View
+from a2v.studio.view import View
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 LARGEST_SHIFT = 0.15

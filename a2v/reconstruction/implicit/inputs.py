@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.reconstruction.rays import RayScene, side_view, signed_distance_and_normals
-from a2v.reconstruction.visibility import contour_distance, vertex_normals
+from a2v.geometry.rays import RayScene, side_view, signed_distance_and_normals
+from a2v.geometry.visibility import contour_distance, vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 FRAME = 1024

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.visibility import person_box, silhouette_iou, vertex_normals, visible_vertices
+from a2v.reconstruction.color_prior import sample_image
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
-from a2v.reconstruction.prior import sample_image
 from a2v.reconstruction.relief import follow_normals
-from a2v.reconstruction.visibility import person_box, silhouette_iou, vertex_normals, visible_vertices
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 MARGIN = 0.08

@@ -31,8 +31,8 @@ from a2v.reconstruction.implicit.networks import (
     Painter,
     point_values,
 )
-from a2v.reconstruction.synthetic.view import list_views
 from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, set_rate
+from a2v.studio.view import list_views
 
 FILE = "checkpoint.pt"
 Stage = Literal["shape", "detail", "color"]

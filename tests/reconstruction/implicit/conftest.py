@@ -10,7 +10,7 @@ import trimesh
 
 from a2v.io import write_npz
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh
-from a2v.reconstruction.synthetic.view import MAP_SIZE, View, encode_pictures, view_path
+from a2v.studio.view import MAP_SIZE, View, encode_pictures, view_path
 from a2v.types import FloatArray, OrthographicCamera
 
 AXES = np.array([0.25, 0.85, 0.16])

@@ -6,7 +6,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.reconstruction.implicit.batches import ViewReader, align_example, make_example
 from a2v.reconstruction.implicit.inputs import FRAME, GuideMesh, frame_box, guide_input, make_frame, mask_distance, photo_input, place_of
-from a2v.reconstruction.synthetic.view import View, view_path
+from a2v.studio.view import View, view_path
 from a2v.types import OrthographicCamera
 from tests.reconstruction.implicit.conftest import AXES, CAMERA, RED, ellipsoid
 

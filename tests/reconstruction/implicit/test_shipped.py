@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 from a2v.body import PARTS, nearest_parts
 from a2v.errors import InputError
-from a2v.reconstruction import ColorSettings, ImplicitSettings, color_surface, implicit_surface, silhouette_iou
+from a2v.geometry.visibility import silhouette_iou
+from a2v.reconstruction import ColorSettings, ImplicitSettings, color_surface, implicit_surface
 from a2v.reconstruction.backends import expected_colors
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.types import Body, OrthographicCamera, Subject, Surface

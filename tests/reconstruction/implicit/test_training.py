@@ -21,7 +21,7 @@ from a2v.reconstruction.implicit.training import (
     normal_loss,
     train_reconstruction,
 )
-from a2v.reconstruction.synthetic.view import View
+from a2v.studio.view import View
 from export.reconstruction import export_reconstruction
 from tests.reconstruction.implicit.conftest import AXES, CAMERA, RED, ellipsoid
 

@@ -1,0 +1,332 @@
+"""Characters as binary glTF 2.0, skinned or with morph targets."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.mesh import vertex_normals
+from a2v.io import atomic_path
+from a2v.kinematics import rotmat_to_quat
+from a2v.kinematics.resample import continuous
+from a2v.types import Character, FloatArray, IntArray, Surface
+
+MAX_MORPH_BYTES = 2 << 30
+
+_ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
+_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+_COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
+
+
+class _Document:
+    """A glTF document under construction: JSON plus one binary buffer."""
+
+    def __init__(self, name: str):
+        from a2v import __version__
+
+        self.json: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": f"a2v {__version__}"},
+            "scene": 0,
+            "scenes": [{"name": name, "nodes": []}],
+            "nodes": [],
+            "meshes": [],
+            "accessors": [],
+            "bufferViews": [],
+            "materials": [],
+        }
+        self.blob = bytearray()
+
+    def view(self, data: bytes, target: int | None = None) -> int:
+        self.blob += b"\0" * (-len(self.blob) % 4)
+        entry: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data)}
+        if target is not None:
+            entry["target"] = target
+        self.blob += data
+        self.json["bufferViews"].append(entry)
+        return len(self.json["bufferViews"]) - 1
+
+    def accessor(self, array: np.ndarray, *, target: int | None = None, bounds: bool = False, normalized: bool = False) -> int:
+        array = np.ascontiguousarray(array)
+        flat = array.reshape(len(array), -1)
+        entry: dict[str, Any] = {
+            "bufferView": self.view(array.tobytes(), target),
+            "componentType": _COMPONENTS[array.dtype],
+            "count": len(array),
+            "type": _TYPES[flat.shape[1]],
+        }
+        if normalized:
+            entry["normalized"] = True
+        if bounds:
+            entry["min"], entry["max"] = flat.min(axis=0).tolist(), flat.max(axis=0).tolist()
+        self.json["accessors"].append(entry)
+        return len(self.json["accessors"]) - 1
+
+    def node(self, **values: Any) -> int:
+        self.json["nodes"].append(values)
+        return len(self.json["nodes"]) - 1
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        self.blob += b"\0" * (-len(self.blob) % 4)
+        self.json["buffers"] = [{"byteLength": len(self.blob)}]
+        text = json.dumps(self.json, separators=(",", ":"), allow_nan=False).encode()
+        text += b" " * (-len(text) % 4)
+        with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+            stream.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(self.blob)))
+            stream.write(struct.pack("<I4s", len(text), b"JSON") + text)
+            stream.write(struct.pack("<I4s", len(self.blob), b"BIN\0"))
+            stream.write(self.blob)
+
+
+def write_glb(
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Mapping[str, tuple[FloatArray, float]] | None = None,
+    *,
+    name: str = "character",
+    jpeg_quality: int = 92,
+) -> None:
+    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary.
+
+    The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the bones that move, the root's
+    path, one sampler of keys a frame, linear interpolation.
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    character : Character
+    clips : mapping of name to (bone transforms (T, B, 4, 4), frames per second)
+    name : str
+        Name of the scene's root.
+    jpeg_quality : int
+        Quality of the embedded texture, 1 to 100; 0 embeds PNG.
+
+    Raises
+    ------
+    InputError
+        A clip has the wrong shape, is not finite or has no frames.
+    """
+    body, count = character.body, len(character.body.bone_names)
+    checked = {key: checked_clip(key, value, count) for key, value in (clips or {}).items()}
+    document = _Document(name)
+    mesh = _mesh(document, character, name, jpeg_quality)
+    bind = body.bone_transforms.astype(np.float64)
+    local = local_transforms(bind[None], body.bone_parents)[0]
+    children: list[list[int]] = [[] for _ in range(count)]
+    for bone, parent in enumerate(body.bone_parents.tolist()):
+        if parent >= 0:
+            children[parent].append(bone)
+    for bone in range(count):  # bones are nodes 0..B-1
+        values: dict[str, Any] = {
+            "name": body.bone_names[bone],
+            "translation": _floats(local[bone, :3, 3]),
+            "rotation": _floats(_xyzw(local[bone : bone + 1, :3, :3])[0]),
+        }
+        if children[bone]:
+            values["children"] = children[bone]
+        document.node(**values)
+    roots = [bone for bone, parent in enumerate(body.bone_parents.tolist()) if parent < 0]
+    inverse = np.linalg.inv(bind)
+    inverse[:, 3] = [0, 0, 0, 1]
+    document.json["skins"] = [
+        {
+            "name": body.model,
+            "joints": list(range(count)),
+            "skeleton": roots[0],
+            "inverseBindMatrices": document.accessor(np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(count, 16)),
+        }
+    ]
+    skinned = document.node(name=name, mesh=mesh, skin=0)
+    document.json["scenes"][0]["nodes"] = [*roots, skinned]
+    if checked:
+        document.json["animations"] = [_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
+    document.write(path)
+
+
+def write_morph_glb(
+    path: str | os.PathLike[str],
+    surface: Surface,
+    frames: FloatArray,
+    fps: float,
+    *,
+    name: str = "character",
+    clip: str = "action",
+    jpeg_quality: int = 92,
+) -> None:
+    """Write the exact deformation as a glTF 2.0 binary with one morph target a frame (no bones).
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    surface : Surface
+        Faces, colours and the base shape.
+    frames : (T, V, 3) float
+        Vertices of every frame, metres (such as `ArapDeformer`'s).
+    fps : float
+
+    Raises
+    ------
+    InputError
+        Wrong shape, not finite, or more than 2 GiB (12 bytes a vertex and frame).
+    """
+    frames = np.asarray(frames, dtype=np.float32)
+    if frames.ndim != 3 or frames.shape[1:] != surface.vertices.shape or len(frames) == 0 or not np.isfinite(frames).all():
+        raise InputError(f"frames have shape {frames.shape}; expected (T, {len(surface.vertices)}, 3) finite numbers")
+    if not (np.isfinite(fps) and fps > 0):
+        raise InputError(f"fps is {fps}; expected a positive number")
+    if frames.nbytes > MAX_MORPH_BYTES:
+        raise InputError(
+            f"{len(frames)} frames of {frames.shape[1]} vertices need {frames.nbytes >> 20} MiB; use fewer frames or a smaller mesh"
+        )
+    document = _Document(name)
+    source, _, _ = _corners(surface)
+    mesh = _mesh(document, surface, name, jpeg_quality)
+    base = surface.vertices[source]
+    targets = [{"POSITION": document.accessor(frame[source] - base, target=_ARRAY_BUFFER, bounds=True)} for frame in frames]
+    document.json["meshes"][mesh]["primitives"][0]["targets"] = targets
+    document.json["meshes"][mesh]["weights"] = [0.0] * len(frames)
+    node = document.node(name=name, mesh=mesh)
+    document.json["scenes"][0]["nodes"] = [node]
+    times = document.accessor((np.arange(len(frames)) / fps).astype(np.float32), bounds=True)
+    weights = document.accessor(np.eye(len(frames), dtype=np.float32).reshape(-1))
+    document.json["animations"] = [
+        {
+            "name": clip,
+            "samplers": [{"input": times, "output": weights, "interpolation": "LINEAR"}],
+            "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}}],
+        }
+    ]
+    document.write(path)
+
+
+
+
+
+
+# ------------------------------------------------------------------------------------------------------------- parts
+
+
+def checked_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[FloatArray, float]:
+    """A clip (bone transforms (T, B, 4, 4), fps) in float64, or an `InputError` that names it."""
+    transforms, fps = np.asarray(clip[0], dtype=np.float64), float(clip[1])
+    if transforms.ndim != 4 or transforms.shape[1:] != (bones, 4, 4) or len(transforms) == 0:
+        raise InputError(f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1")
+    if not np.isfinite(transforms).all():
+        raise InputError(f"clip '{name}' holds NaN or infinite numbers")
+    if not (np.isfinite(fps) and fps > 0):
+        raise InputError(f"clip '{name}' runs at {fps} frames per second; expected a positive number")
+    return transforms, fps
+
+
+def _corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
+    """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture coordinates (N, 2), v down."""
+    faces = surface.faces.astype(np.int64)
+    if surface.uv is None:
+        return np.arange(len(surface.vertices)), faces, None
+    uv = surface.uv.reshape(-1, 2).astype(np.float32)
+    keys = np.empty(len(uv), dtype=[("v", "<i8"), ("a", "<f4"), ("b", "<f4")])
+    keys["v"], keys["a"], keys["b"] = faces.ravel(), uv[:, 0], uv[:, 1]
+    unique, index = np.unique(keys, return_inverse=True)
+    coordinates = np.stack([unique["a"], 1 - unique["b"]], axis=-1).astype(np.float32)
+    return unique["v"], index.reshape(-1, 3), coordinates
+
+
+def _mesh(document: _Document, thing: Character | Surface, name: str, quality: int) -> int:
+    surface = thing.surface if isinstance(thing, Character) else thing
+    source, faces, coordinates = _corners(surface)
+    corners = surface.vertices.astype(np.float64)[surface.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    faces = faces[(area > 0) | (np.arange(len(faces)) == 0)]
+    normals = vertex_normals(surface.vertices.astype(np.float64), surface.faces.astype(np.int64))
+    normals[np.linalg.norm(normals, axis=1) < 0.5] = [0, 1, 0]
+    attributes = {
+        "POSITION": document.accessor(surface.vertices[source].astype(np.float32), target=_ARRAY_BUFFER, bounds=True),
+        "NORMAL": document.accessor(normals[source].astype(np.float32), target=_ARRAY_BUFFER),
+    }
+    material: dict[str, Any] = {
+        "name": "surface",
+        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [1, 1, 1, 1]},
+    }
+    if coordinates is not None and surface.texture is not None:
+        attributes["TEXCOORD_0"] = document.accessor(coordinates, target=_ARRAY_BUFFER)
+        data, kind = encode_image(surface.texture, quality)
+        document.json["images"] = [{"name": "texture", "mimeType": kind, "bufferView": document.view(data)}]
+        document.json["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
+        document.json["textures"] = [{"source": 0, "sampler": 0}]
+        material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
+    else:
+        color = np.clip(surface.colors[source].astype(np.float64), 0, 1)
+        linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # COLOR_0 is linear
+        levels = np.concatenate([np.round(linear * 65535), np.full((len(linear), 1), 65535)], axis=1).astype(np.uint16)
+        attributes["COLOR_0"] = document.accessor(levels, target=_ARRAY_BUFFER, normalized=True)
+    if isinstance(thing, Character):
+        bones, weights = thing.bones[source].copy(), thing.weights[source].astype(np.float32)
+        weights = weights / weights.sum(axis=1, keepdims=True)
+        bones[weights == 0] = 0
+        kind_of = np.uint8 if len(thing.body.bone_names) <= 256 else np.uint16
+        attributes["JOINTS_0"] = document.accessor(bones.astype(kind_of), target=_ARRAY_BUFFER)
+        attributes["WEIGHTS_0"] = document.accessor(weights, target=_ARRAY_BUFFER)
+    document.json["materials"].append(material)
+    indices = document.accessor(faces.astype(np.uint32).reshape(-1), target=_ELEMENT_BUFFER)
+    document.json["meshes"].append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": 0, "mode": 4}]})
+    return len(document.json["meshes"]) - 1
+
+
+def _animation(document: _Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:
+    local = local_transforms(transforms, parents)
+    times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
+    samplers: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
+
+    def channel(bone: int, path: str, values: FloatArray) -> None:
+        samplers.append({"input": times, "output": document.accessor(values.astype(np.float32)), "interpolation": "LINEAR"})
+        channels.append({"sampler": len(samplers) - 1, "target": {"node": bone, "path": path}})
+
+    for bone in range(local.shape[1]):
+        turn = local[:, bone, :3, :3]
+        if parents[bone] < 0 or np.abs(turn - bind[bone, :3, :3]).max() > 1e-6:
+            channel(bone, "rotation", continuous(_xyzw(turn)))
+        if parents[bone] < 0 or np.abs(local[:, bone, :3, 3] - bind[bone, :3, 3]).max() > 1e-6:
+            channel(bone, "translation", local[:, bone, :3, 3])
+    return {"name": name, "samplers": samplers, "channels": channels}
+
+
+def local_transforms(transforms: FloatArray, parents: IntArray) -> FloatArray:
+    """Transforms (T, B, 4, 4) relative to the parents'."""
+    local = transforms.copy()
+    for bone, parent in enumerate(parents.tolist()):
+        if parent >= 0:
+            turn = np.swapaxes(transforms[:, parent, :3, :3], 1, 2)
+            local[:, bone, :3, :3] = turn @ transforms[:, bone, :3, :3]
+            local[:, bone, :3, 3] = np.einsum("tab,tb->ta", turn, transforms[:, bone, :3, 3] - transforms[:, parent, :3, 3])
+    return local
+
+
+def _xyzw(turns: FloatArray) -> FloatArray:
+    quats = rotmat_to_quat(turns.astype(np.float64))
+    ordered: FloatArray = quats[..., [1, 2, 3, 0]]
+    return ordered
+
+
+def _floats(values: FloatArray) -> list[float]:
+    return [float(value) for value in values.astype(np.float32)]
+
+
+def encode_image(texture: np.ndarray, quality: int) -> tuple[bytes, str]:
+    """A texture as JPEG of a quality, or as PNG for 0, and its MIME type."""
+    from PIL import Image
+
+    stream = io.BytesIO()
+    if quality > 0:
+        Image.fromarray(texture).save(stream, format="JPEG", quality=min(quality, 100), subsampling=0)
+        return stream.getvalue(), "image/jpeg"
+    Image.fromarray(texture).save(stream, format="PNG")
+    return stream.getvalue(), "image/png"

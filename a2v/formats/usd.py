@@ -1,0 +1,199 @@
+"""Characters as USD (UsdSkel), for Omniverse, Houdini, Maya, Unreal and Apple's viewers. Needs the extra ``a2v[usd]``."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError, MissingDependencyError
+from a2v.formats.gltf import checked_clip, encode_image, local_transforms
+from a2v.geometry.mesh import vertex_normals
+from a2v.io import atomic_path
+from a2v.kinematics import rotmat_to_quat
+from a2v.kinematics.resample import continuous
+from a2v.types import Character, FloatArray
+
+SUFFIXES = (".usdz", ".usdc", ".usda", ".usd")
+
+
+def write_usd(
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Mapping[str, tuple[FloatArray, float]] | None = None,
+    *,
+    name: str = "character",
+    jpeg_quality: int = 92,
+) -> None:
+    """Write a textured (or vertex-coloured), skinned and animated character as USD.
+
+    One SkelRoot with mesh, skeleton and a SkelAnimation a clip; the first clip is the one that plays, since USD binds one at
+    a time. Time codes are frames of the first clip; the other clips' keys stand at their own moments. Metres, y up.
+
+    Parameters
+    ----------
+    path : path
+        ``.usdz`` holds its texture; beside ``.usdc``, ``.usda`` and ``.usd`` it is written as ``<stem>_texture.jpg`` or ``.png``.
+    character : Character
+    clips : mapping of name to (bone transforms (T, B, 4, 4), frames per second)
+    name : str
+        Name of the root prim.
+    jpeg_quality : int
+        Quality of the texture, 1 to 100; 0 writes PNG.
+
+    Raises
+    ------
+    InputError
+        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no frames.
+    MissingDependencyError
+        ``usd-core`` is not installed.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in SUFFIXES:
+        raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}")
+    checked = {key: checked_clip(key, value, len(character.body.bone_names)) for key, value in (clips or {}).items()}
+    try:
+        from pxr import Usd, UsdUtils
+    except ImportError as error:
+        raise MissingDependencyError("USD needs the package usd-core; install it with: pip install 'a2v[usd]'") from error
+    packed = target.suffix.lower() == ".usdz"
+    texture = None
+    if character.surface.uv is not None and character.surface.texture is not None:
+        data, kind = encode_image(character.surface.texture, jpeg_quality)
+        texture = f"{'' if packed else target.stem + '_'}texture{'.jpg' if kind == 'image/jpeg' else '.png'}", data
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
+        stage = Usd.Stage.CreateNew(str(scene))
+        _fill(stage, character, checked, _identifier(name), None if texture is None else texture[0])
+        stage.GetRootLayer().Save()
+        if packed:
+            if texture is not None:
+                (Path(folder) / texture[0]).write_bytes(texture[1])
+            with atomic_path(target) as temporary:
+                if not UsdUtils.CreateNewUsdzPackage(str(scene), str(temporary)):
+                    raise InputError(f"cannot write {target}: USD refused to make the package")
+            return
+        if texture is not None:
+            with atomic_path(target.with_name(texture[0])) as temporary:
+                temporary.write_bytes(texture[1])
+        with atomic_path(target) as temporary:
+            temporary.write_bytes(scene.read_bytes())
+
+
+def _identifier(text: str) -> str:
+    from pxr import Tf
+
+    return str(Tf.MakeValidIdentifier(text))
+
+
+def _fill(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray, float]], name: str, texture: str | None) -> None:
+    from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
+
+    surface, body = character.surface, character.body
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    root = UsdSkel.Root.Define(stage, f"/{name}")
+    stage.SetDefaultPrim(root.GetPrim())
+
+    parents = body.bone_parents.tolist()
+    labels = [_identifier(bone) for bone in body.bone_names]
+    joints: list[str] = []
+    for bone, parent in enumerate(parents):
+        joints.append(labels[bone] if parent < 0 else f"{joints[parent]}/{labels[bone]}")
+    bind = body.bone_transforms.astype(np.float64)
+
+    def matrices(values: FloatArray) -> Any:  # USD's points are rows: v M, so matrices are transposed
+        return Vt.Matrix4dArray.FromNumpy(np.ascontiguousarray(np.swapaxes(values, 1, 2)))
+
+    local = local_transforms(bind[None], body.bone_parents)[0]
+    skeleton = UsdSkel.Skeleton.Define(stage, f"/{name}/skeleton")
+    skeleton.CreateJointsAttr(joints)
+    skeleton.CreateBindTransformsAttr(matrices(bind))
+    skeleton.CreateRestTransformsAttr(matrices(local))
+
+    mesh = UsdGeom.Mesh.Define(stage, f"/{name}/surface")
+    points = np.ascontiguousarray(surface.vertices, np.float32)
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(surface.faces), 3, np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces, np.int32).ravel()))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(vertex_normals(surface.vertices, surface.faces.astype(np.int64)).astype(np.float32)))
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    extent = UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get())
+    mesh.CreateExtentAttr(extent)
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    if texture is not None and surface.uv is not None:
+        uv = primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
+        uv.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(surface.uv.reshape(-1, 2), np.float32)))
+    else:
+        colors = np.clip(surface.colors, 0, 1).astype(np.float64)
+        linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+        shown = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
+        shown.Set(Vt.Vec3fArray.FromNumpy(linear.astype(np.float32)))
+    _material(stage, mesh, f"/{name}/material", texture)
+
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(character.bones, np.int32).ravel()))
+    weights = character.weights / character.weights.sum(axis=1, keepdims=True)
+    binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel()))
+    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1))
+    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+
+    moves = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
+    speed = next((fps for _, fps in clips.values()), 24.0)
+    stage.SetTimeCodesPerSecond(speed)
+    stage.SetFramesPerSecond(speed)
+    taken: set[str] = set()
+    for index, (key, (transforms, fps)) in enumerate(clips.items()):
+        label = _identifier(key) or "clip"
+        while label in taken or label in ("skeleton", "surface", "material"):
+            label += "_"
+        taken.add(label)
+        animation = UsdSkel.Animation.Define(stage, f"/{name}/{label}")
+        animation.CreateJointsAttr(joints)
+        steps = local_transforms(transforms, body.bone_parents)
+        turns = np.stack([continuous(rotmat_to_quat(steps[:, bone, :3, :3])) for bone in range(len(joints))], axis=1)
+        turning, moving, scale = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr(), animation.CreateScalesAttr()
+        scale.Set(Vt.Vec3hArray([Gf.Vec3h(1)] * len(joints)))
+        for frame in range(len(steps)):
+            code = frame * speed / fps
+            # numpy's quaternions are wxyz, the memory of Gf.Quatf is xyzw
+            turning.Set(Vt.QuatfArray.FromNumpy(np.ascontiguousarray(turns[frame][:, [1, 2, 3, 0]], np.float32)), code)
+            moving.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(steps[frame, :, :3, 3], np.float32)), code)
+        if index == 0:
+            moves.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+            stage.SetStartTimeCode(0)
+            stage.SetEndTimeCode(len(steps) - 1)
+
+
+def _material(stage: Any, mesh: Any, path: str, texture: str | None) -> None:
+    from pxr import Sdf, UsdShade
+
+    material = UsdShade.Material.Define(stage, path)
+    shader = UsdShade.Shader.Define(stage, f"{path}/preview")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.9)
+    shader.CreateInput("metallic", Sdf.ValueTypeNames.Float).Set(0.0)
+    color = shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    reader = UsdShade.Shader.Define(stage, f"{path}/reader")
+    if texture is None:
+        reader.CreateIdAttr("UsdPrimvarReader_float3")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
+        color.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
+    else:
+        reader.CreateIdAttr("UsdPrimvarReader_float2")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+        image = UsdShade.Shader.Define(stage, f"{path}/texture")
+        image.CreateIdAttr("UsdUVTexture")
+        image.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(f"./{texture}"))
+        image.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB")
+        image.CreateInput("wrapS", Sdf.ValueTypeNames.Token).Set("clamp")
+        image.CreateInput("wrapT", Sdf.ValueTypeNames.Token).Set("clamp")
+        image.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float2))
+        color.ConnectToSource(image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
+    material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)

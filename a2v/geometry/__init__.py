@@ -1,0 +1,1 @@
+"""Meshes, rays, volumes, colours: what several stages ask of geometry, once."""

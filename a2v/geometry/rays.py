@@ -1,0 +1,176 @@
+"""Rays and closest points of one mesh (Embree by open3d): what guides, truths and solids are asked with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
+
+
+def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Unit normals (F, 3) float32; zero for degenerate faces."""
+    corner = vertices[faces].astype(np.float64)
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12), np.float32)
+
+
+def facing(normals: FloatArray, side: int) -> FloatArray:
+    """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away from there are tilted to the rim."""
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Where rays met a mesh; entries of rays that met nothing mean nothing."""
+
+    hit: BoolArray
+    distance: FloatArray
+    face: IntArray
+    barycentric: FloatArray
+
+    def interpolate(self, values: FloatArray, faces: IntArray) -> FloatArray:
+        """Values (V, C) of vertices at the hits, (n, C) float32, for the rays that hit."""
+        return _mix(np.asarray(values, np.float32)[faces[self.face[self.hit]]], self.barycentric[self.hit])
+
+
+def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
+    """Corner values (n, 3, C) at Embree's barycentric coordinates (n, 2)."""
+    u, v = uv[:, :1], uv[:, 1:]
+    return np.asarray((1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32)
+
+
+class RayScene:
+    """Embree (by open3d) on one thread: rays, shadows and closest points of one mesh."""
+
+    def __init__(self, vertices: FloatArray, faces: IntArray):
+        """`vertices` (V, 3), `faces` (F, 3)."""
+        from a2v.geometry.rays import ray_scene
+
+        self._scene, self._tensor = ray_scene(vertices, faces)
+
+    def _rays(self, origins: FloatArray, directions: FloatArray) -> Any:
+        rays = np.empty((len(origins), 6), np.float32)
+        rays[:, :3], rays[:, 3:] = origins, directions
+        return self._tensor(rays)
+
+    def cast(self, origins: FloatArray, directions: FloatArray) -> Hits:
+        """First hits of rays from `origins` (n, 3) along `directions` (n, 3) or (3,)."""
+        found = self._scene.cast_rays(self._rays(origins, directions), nthreads=1)
+        distance = found["t_hit"].numpy()
+        return Hits(np.isfinite(distance), distance, found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy())
+
+    def occluded(self, origins: FloatArray, directions: FloatArray) -> BoolArray:
+        """Whether rays (n,) meet anything at all."""
+        return np.asarray(self._scene.test_occlusions(self._rays(origins, directions), nthreads=1).numpy())
+
+    def crossings(self, points: FloatArray, normals: FloatArray) -> IntArray:
+        """Winding numbers (N,) of points (N, 3) about a closed mesh with face normals (F, 3): exits minus entries along one ray."""
+        direction = np.array([0.0123, 0.0345, 1.0]) / np.linalg.norm([0.0123, 0.0345, 1.0])  # along no edge of anything
+        found = self._scene.list_intersections(self._rays(points, direction), nthreads=1)
+        ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
+        return np.asarray(np.rint(np.bincount(ray, np.sign(normals[face] @ direction), len(points))), np.int64)
+
+    def closest(self, points: FloatArray) -> Hits:
+        """Closest points of the mesh to `points` (n, 3)."""
+        found = self._scene.compute_closest_points(self._tensor(np.ascontiguousarray(points, np.float32)), nthreads=1)
+        distance = np.linalg.norm(points - found["points"].numpy(), axis=1)
+        face, uv = found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy()
+        return Hits(np.ones(len(points), bool), distance, face, uv)
+
+
+def signed_distance_and_normals(
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: RayScene, points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Signed distance (N,) float32 of points (N, 3) to a closed mesh, and its unit normal (N, 3) at the closest point.
+
+    Parameters
+    ----------
+    vertices, faces, normals
+        The mesh; normals (V, 3) of its vertices, which are interpolated.
+    scene : RayScene
+        Of the same mesh.
+    """
+    order = coherent(points)
+    closest = scene.closest(points[order])
+    distance, normal = np.empty(len(points), np.float32), np.empty((len(points), 3), np.float32)
+    distance[order], normal[order] = closest.distance, closest.interpolate(normals, faces)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    # closed, so exact, and five times as fast as `winding_number`
+    inside = scene.crossings(points, face_normals(vertices, faces)) > 0
+    return np.where(inside, -distance, distance), normal
+
+
+def coherent(points: FloatArray, cell: float = 0.03) -> IntArray:
+    """An order (N,) in which neighbours follow each other: searches find warm caches."""
+    return np.asarray(np.lexsort(np.floor(points / cell).T))
+
+
+@dataclass(frozen=True, eq=False)
+class SideView:
+    """A mesh from the front, or through from the back, on square pixels: hits (one a pixel, rows first), depth (H, W), metres, NaN
+    outside, and unit normals (H, W, 3), zero outside.
+    """
+
+    hits: Hits
+    depth: FloatArray
+    normals: FloatArray
+
+
+def pixel_rays(camera: OrthographicCamera, pixels: FloatArray, z: float) -> FloatArray:
+    """Origins (n, 3) of parallel rays through pixels (n, 2) of the photo, at depth `z`."""
+    return np.asarray(camera.unproject(pixels, z), np.float32)
+
+
+def side_view(
+    rays: RayScene,
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    camera: OrthographicCamera,
+    frame: int,
+    size: int,
+    side: int,
+) -> SideView:
+    """A mesh (vertices (V, 3), faces (F, 3), normals (V, 3) of the vertices) on `size` x `size` pixels.
+
+    They cover the `frame` x `frame` pixels of `camera`; from the front (`side` 1), or through from the back (-1).
+    """
+    step = frame / size
+    grid = (np.arange(size) + 0.5) * step
+    corner = camera.project(vertices)
+    low, high = np.floor(corner.min(axis=0) / step).astype(int) - 1, np.ceil(corner.max(axis=0) / step).astype(int) + 1
+    columns, rows = np.arange(max(0, low[0]), min(size, high[0])), np.arange(max(0, low[1]), min(size, high[1]))
+    pixels = np.stack(np.meshgrid(grid[columns], grid[rows]), axis=-1).reshape(-1, 2)
+    index = (rows[:, None] * size + columns[None]).ravel()
+    far = side * (float(np.abs(vertices[:, 2]).max()) + 1)
+    some = rays.cast(pixel_rays(camera, pixels, far), np.array([0, 0, -side], np.float32))
+    whole = size * size
+    hits = scattered(some, index, whole)
+    hit = hits.hit
+    normal = np.zeros((whole, 3), np.float32)
+    normal[hit] = facing(hits.interpolate(normals, faces), side)
+    depth = np.where(hit, far - side * hits.distance, np.nan).astype(np.float32)
+    return SideView(hits, depth.reshape(size, size), normal.reshape(size, size, 3))
+
+
+def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
+    """The hits as those of rays `index` among `count`, of which the others meet nothing."""
+    hit, distance = np.zeros(count, bool), np.full(count, np.inf, np.float32)
+    face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
+    hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
+    return Hits(hit, distance, face, uv)
+
+
+def ray_scene(vertices: FloatArray, faces: IntArray) -> tuple[Any, Any]:
+    """An Embree scene of one mesh, on one thread, and open3d's constructor of tensors."""
+    import open3d
+
+    tensor: Any = open3d.core.Tensor
+    scene = open3d.t.geometry.RaycastingScene(nthreads=1)
+    scene.add_triangles(tensor(np.ascontiguousarray(vertices, dtype=np.float32)), tensor(faces.astype(np.uint32)))
+    return scene, tensor

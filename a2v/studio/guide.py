@@ -1,0 +1,359 @@
+"""The guide: the body that `a2v.body.fit_body` would have found in a photo, imitated by a bound body and the errors of real fits."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.rays import RayScene
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.record import Record
+from a2v.studio.avatars import Avatar, a_pose, linear_blend
+from a2v.studio.posing import avatar_body
+from a2v.studio.variation import Build, segment_of, stretch
+from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+
+if TYPE_CHECKING:
+    from a2v.body import FitSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuideErrors:
+    """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
+
+    The defaults imitate what was measured on validation views (docs/studio.md). Turns are degrees.
+
+    Attributes
+    ----------
+    depth_torso, depth_head, depth_arms, depth_hands, depth_legs : float
+        Turns of bones about the axis in the image plane that is across the bone: what the photo hardly shows. Turns that would change
+        how long a bone looks are unlikely (`looks`).
+    plane_torso, plane_limbs, plane_hands : float
+        Turns in the image plane.
+    twist_torso, twist_arms, twist_hands, twist_legs : float
+        Turns of bones about themselves.
+    arms_forward : float
+        Mean turn of arms towards the camera: the detector's depth draws them there.
+    lean, heading : float
+        Turns of the whole body about the image's horizontal axis, and of the trunk about its own axis.
+    looks : float
+        Standard deviation of the change of a bone's length in the photo, metres.
+    girth : float
+        Relative error of the thickness of each segment; half of its variance is common to all.
+    shift : float
+        Metres in x and y, of the whole body.
+    scale : float
+        Relative error of the height, which scales the world: a photo does not show it.
+    """
+
+    depth_torso: float = 5.0
+    depth_head: float = 9.0
+    depth_arms: float = 20.0
+    depth_hands: float = 22.0
+    depth_legs: float = 8.0
+    plane_torso: float = 0.7
+    plane_limbs: float = 2.0
+    plane_hands: float = 10.0
+    twist_torso: float = 6.0
+    twist_arms: float = 16.0
+    twist_hands: float = 25.0
+    twist_legs: float = 8.0
+    arms_forward: float = 6.0
+    lean: float = 3.0
+    heading: float = 9.0
+    looks: float = 0.02
+    girth: float = 0.035
+    shift: float = 0.005
+    scale: float = 0.05
+
+    def __post_init__(self) -> None:
+        if min(dataclasses.asdict(self).values()) < 0:
+            raise InputError("a guide's errors are standard deviations: expected numbers of at least 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guide(Record):
+    """A body's outer skin bound to the avatars' rig.
+
+    Attributes
+    ----------
+    vertices : (G, 3) float32
+        In the T-pose of the rig, metres.
+    faces : (F, 3) int32
+    weights : (G, 4) float32, bones : (G, 4) int32
+        Skinning weights, and what bones of `bone_names` they are of.
+    bone_names : tuple of str
+    heads : (B, 3) float32
+        Heads of the bones in the T-pose.
+    parts : (G,) int8
+        Index into `a2v.body.PARTS`.
+    landmarks : (33, 3) float32
+        The body's BlazePose landmarks in the T-pose, metres.
+    landmark_bones : (33,) int32
+        What bone of `bone_names` carries each.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    weights: FloatArray
+    bones: IntArray
+    bone_names: tuple[str, ...]
+    heads: FloatArray
+    parts: IntArray
+    landmarks: FloatArray
+    landmark_bones: IntArray
+
+    def __post_init__(self) -> None:
+        sizes = {"B": len(self.bone_names)}
+        self._check("vertices", ("G", 3), sizes)
+        self._check("faces", ("F", 3), sizes)
+        self._check("weights", ("G", 4), sizes)
+        self._check("bones", ("G", 4), sizes)
+        self._check("heads", ("B", 3), sizes)
+        self._check("parts", ("G",), sizes)
+        self._check("landmarks", (33, 3))
+        self._check("landmark_bones", (33,))
+
+    def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
+        """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone `transforms` (B, 4, 4) of the built avatar.
+
+        `avatar` is the one without the build.
+        """
+        return self._carried(self.vertices, self.weights, self.bones, avatar, build, transforms)
+
+    def posed_landmarks(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
+        """Landmarks (33, 3) float32; see `posed`."""
+        return self._carried(self.landmarks, np.ones((33, 1)), self.landmark_bones[:, None], avatar, build, transforms)
+
+    def _carried(
+        self, points: FloatArray, weights: FloatArray, bones: IntArray, avatar: Avatar, build: Build, transforms: FloatArray
+    ) -> FloatArray:
+        number = {name: index for index, name in enumerate(avatar.bone_names)}
+        own = np.array([number[name] for name in self.bone_names])[bones]
+        maps, moved = stretch(build, avatar)
+        local = points[:, None] - self.heads[bones].astype(np.float64)
+        rest = np.einsum("vk,vki->vi", weights, np.einsum("vkij,vkj->vki", maps[own], local) + moved[own])
+        at_rest = avatar.rest_transforms.astype(np.float64)
+        at_rest[:, :3, 3] = moved
+        return linear_blend(rest, weights, own, transforms.astype(np.float64) @ np.linalg.inv(at_rest))
+
+
+_SEGMENTS = {
+    "Hips": ("torso", "Spine2"), "Spine1": ("torso", "Neck"), "Neck": ("torso", "Head"), "Head": ("head", "HeadEnd"),
+    "Arm": ("arms", "ForeArm"), "ForeArm": ("arms", "Hand"), "Hand": ("hands", "HandMiddle1"),
+    "UpLeg": ("legs", "Leg"), "Leg": ("legs", "Foot"), "Foot": ("legs", "ToeBase"),
+}  # fmt: skip
+"""Bones that err on their own (without their side), whose errors they have, and the bone at their other end."""
+
+
+def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: GuideErrors, generator: np.random.Generator) -> FloatArray:
+    """World-from-bone transforms (B, 4, 4) with the errors of a fit: every segment turns on its own, mostly in depth.
+
+    Parameters
+    ----------
+    avatar : Avatar
+        Whose rest pose the transforms belong to (with its build).
+    transforms : (B, 4, 4)
+    view : (3,)
+        Towards the camera, world, unit.
+    """
+    rest = avatar.rest_transforms.astype(np.float64)
+    turns = transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(rest[:, :3, :3], 1, 2)
+    heads = transforms[:, :3, 3].astype(np.float64)
+    number = {name: index for index, name in enumerate(avatar.bone_names)}
+    right = np.cross([0.0, 1.0, 0.0], view)
+    right /= max(float(np.linalg.norm(right)), 1e-9)
+    lean = _turn(errors.lean * _heavy(generator) * right)
+    trunk = heads[number["Neck"]] - heads[number["Hips"]]
+    heading = _turn(errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9))
+    error = np.tile(np.eye(3), (len(rest), 1, 1))
+    result = transforms.astype(np.float64)
+    for bone, name in enumerate(avatar.bone_names):
+        parent = int(avatar.bone_parents[bone])
+        side = next((prefix for prefix in ("Left", "Right") if name.startswith(prefix)), "")
+        stem = name.removeprefix(side)
+        if stem in _SEGMENTS:
+            kind, end = _SEGMENTS[stem]
+            along = heads[number[side + end]] - heads[bone]
+            # the head of the bone is wrong already by what its parents err: the keypoints pull its other end back
+            gap = np.zeros(3) if parent < 0 else _placed(result, error, turns, rest, bone, parent) - heads[bone]
+            own = lean @ _segment_error(along, gap, view, kind, errors, generator)
+            # the keypoints hold the limbs where they are, whatever the trunk's heading
+            error[bone] = own @ heading if kind in ("torso", "head") else own
+        elif parent >= 0:
+            error[bone] = error[parent]
+        new = error[bone] @ turns[bone]
+        result[bone, :3, :3] = new @ rest[bone, :3, :3]
+        if parent >= 0:
+            result[bone, :3, 3] = _placed(result, error, turns, rest, bone, parent)
+    return result
+
+
+def _placed(result: FloatArray, error: FloatArray, turns: FloatArray, rest: FloatArray, bone: int, parent: int) -> FloatArray:
+    """Where the disturbed parent puts the head of a bone (3,)."""
+    return np.asarray(result[parent, :3, 3] + error[parent] @ turns[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3]))
+
+
+def _segment_error(
+    along: FloatArray, gap: FloatArray, view: FloatArray, kind: str, errors: GuideErrors, generator: np.random.Generator
+) -> FloatArray:
+    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), metres, and whose head errs by `gap` (3,)."""
+    length = max(float(np.linalg.norm(along)), 1e-9)
+    across = np.cross(view, along)
+    across /= max(float(np.linalg.norm(across)), 1e-9)
+    tilt = np.arcsin(np.clip(along @ view / length, -1, 1))  # out of the image plane, towards the camera
+    proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(getattr(errors, f"depth_{kind}"))
+    if kind in ("arms", "hands"):
+        proposed -= np.radians(errors.arms_forward)  # a positive turn about `across` leads away from the camera
+    change = length * (np.abs(np.cos(tilt - proposed)) - np.cos(tilt))
+    likely = np.exp(-0.5 * np.square(change / max(errors.looks, 1e-9))) + 1e-9
+    depth = generator.choice(proposed, p=likely / likely.sum())
+    plane = errors.plane_hands if kind == "hands" else errors.plane_torso if kind == "torso" else errors.plane_limbs
+    correction = -0.8 * np.degrees(gap @ across / max(length * np.cos(tilt), 0.05)) if errors.looks > 0 else 0.0
+    turn = plane * _heavy(generator) + np.clip(correction, -8, 8)
+    twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy(generator)
+    return _turn(np.degrees(depth) * across + turn * view) @ _turn(twist * along / length)
+
+
+def _heavy(generator: np.random.Generator) -> float:
+    """A number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5 degrees of freedom), within 3.5."""
+    return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))
+
+
+def _turn(degrees: FloatArray) -> FloatArray:
+    return np.asarray(rotvec_to_rotmat(np.radians(degrees)))
+
+
+def girth_errors(errors: GuideErrors, generator: np.random.Generator) -> dict[str, float]:
+    """Factors of the guide's girth by segment: a common error and one of each segment."""
+    names = sorted({segment_of(f"Left{bone}") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")} | {"torso", "neck", "head"})
+    half = errors.girth / np.sqrt(2)
+    common = half * generator.standard_normal()
+    return {name: float(1 + np.clip(common + half * generator.standard_normal(), -0.2, 0.2)) for name in names}
+
+
+def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
+    """Fit the default body to an avatar's surface in A-pose (`a2v.body.fit_body`), and bind its outer skin to the avatar's rig.
+
+    Takes about a quarter of a minute with the default `settings` of the fit.
+    """
+    from a2v.animation.bind import bind
+    from a2v.body import fit_body
+    from a2v.reconstruction.body_prior import outer_skin
+
+    pose = a_pose(arms=45.0)
+    body = avatar_body(avatar, pose)
+    surface = Surface(vertices=body.vertices, faces=avatar.faces, colors=np.full((len(body.vertices), 3), 0.5, np.float32))
+    subject, camera = _subject(body.vertices, avatar, body.bone_transforms)
+    fitted = fit_body(subject, surface=surface, camera=camera, settings=settings).body
+    vertices, faces, parts = outer_skin(fitted)
+    skin = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full((len(vertices), 3), 0.5, np.float32))
+    bound = bind(skin, body, parts=parts)
+    moves = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    blended = np.einsum("vk,vkij->vij", bound.weights, moves[bound.bones])
+    rest = np.linalg.solve(blended[:, :3, :3], (vertices - blended[:, :3, 3])[..., None])[..., 0]
+    landmarks, carriers = _landmarks(fitted, avatar)
+    landmarks = np.einsum("kij,kj->ki", np.linalg.inv(moves[carriers]), np.c_[landmarks, np.ones(len(landmarks))])[:, :3]
+    used = np.array([index for index, name in enumerate(avatar.bone_names) if not name.endswith("_end")])
+    place = np.full(len(avatar.bone_names), -1)
+    place[used] = np.arange(len(used))
+    bones = place[bound.bones]
+    weights = np.where(bones >= 0, bound.weights, 0)
+    return Guide(
+        vertices=rest.astype(np.float32),
+        faces=faces.astype(np.int32),
+        weights=(weights / weights.sum(axis=1, keepdims=True)).astype(np.float32),
+        bones=np.maximum(bones, 0).astype(np.int32),
+        bone_names=tuple(avatar.bone_names[index] for index in used),
+        heads=avatar.rest_transforms[used, :3, 3],
+        parts=np.asarray(parts, np.int8),
+        landmarks=landmarks.astype(np.float32),
+        landmark_bones=place[carriers].astype(np.int32),
+        provenance={"avatar": avatar.name},
+    )
+
+
+_CARRIERS = {
+    "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "pinky": "Hand", "index": "Hand", "thumb": "Hand",
+    "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "heel": "Foot", "foot_index": "ToeBase",
+}  # fmt: skip
+"""Bones of the avatars (without their side) that carry landmarks; the head has the others."""
+
+
+def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
+    """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry them."""
+    import torch
+
+    from a2v.body import BLAZEPOSE, load_body_model
+
+    model = load_body_model()
+    vertices = torch.from_numpy(body.vertices)[model.landmark_vertices]
+    points = model.landmarks_of(vertices, torch.from_numpy(body.bone_transforms[:, :3, 3])).numpy()
+    bones = []
+    for name in BLAZEPOSE:
+        side, _, joint = name.partition("_")
+        bones.append(f"{side.title()}{_CARRIERS[joint]}" if joint in _CARRIERS else "Head")
+    return points, np.array([avatar.bone_names.index(bone) for bone in bones])
+
+
+_KEYPOINTS = {"shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "knee": "Leg", "ankle": "Foot", "eye": "Eye"}
+
+
+def _subject(vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size: int = 640) -> tuple[Subject, OrthographicCamera]:
+    """What perception would tell about an avatar seen from +z: its mask, and its joints as keypoints."""
+    from a2v.body import BLAZEPOSE
+
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    scale = 0.9 * size / float((high - low)[:2].max())
+    middle = (low + high) / 2
+    camera = OrthographicCamera(scale=scale, center_u=size / 2 - scale * float(middle[0]), center_v=size / 2 + scale * float(middle[1]))
+    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(-1, 2)
+    origins = camera.unproject(pixels, float(high[2]) + 1)
+    mask = RayScene(vertices, avatar.faces).occluded(origins, np.array([0, 0, -1.0])).reshape(size, size)
+    keypoints = np.zeros((len(BLAZEPOSE), 3), np.float32)
+    places = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
+    hips = transforms[avatar.bone_names.index("Hips"), :3, 3]
+    for side in ("Left", "Right"):
+        for ours, bone in _KEYPOINTS.items():
+            point = transforms[avatar.bone_names.index(f"{side}{bone}"), :3, 3]
+            index = BLAZEPOSE.index(f"{side.lower()}_{ours}")
+            keypoints[index, :2], keypoints[index, 2] = camera.project(point), 0.9
+            places[index] = point - hips
+    subject = Subject(
+        image=np.zeros((size, size, 3), np.uint8),
+        mask=mask.astype(np.float32),
+        keypoints=keypoints,
+        keypoints_3d=places,
+        crop=(0, 0, size, size),
+        photo_size=(size, size),
+    )
+    return subject, camera
+
+
+def guide_key(avatar: str) -> str:
+    """Which guide an avatar has: its sex and outfit, ``F_Busi``, since a fit follows the silhouette, which is of clothes."""
+    _, sex, _, outfit = avatar.rsplit("_", 3)
+    return f"{sex}_{outfit}"
+
+
+def stack_guides(guides: Mapping[str, Guide]) -> dict[str, np.ndarray]:
+    """Arrays of one ``.npz`` for several guides (``F_Busi.vertices``...) and their common ``faces``."""
+    arrays: dict[str, np.ndarray] = {}
+    for key, guide in guides.items():
+        arrays |= {f"{key}.{name}": array for name, array in guide.to_arrays().items() if name != "faces"}
+    first = next(iter(guides.values()))
+    return {**arrays, "faces": first.faces, "parts": first.parts}
+
+
+def unstack_guides(arrays: Mapping[str, np.ndarray]) -> dict[str, Guide]:
+    """The inverse of `stack_guides`."""
+    keys: Sequence[str] = sorted({name.split(".")[0] for name in arrays if "." in name})
+    return {
+        key: Guide.from_arrays({"faces": arrays["faces"], **{n[len(key) + 1 :]: a for n, a in arrays.items() if n.startswith(f"{key}.")}})
+        for key in keys
+    }

@@ -1,0 +1,247 @@
+"""One training view of the reconstruction: a photo, the truth behind it, samples of it, and the guide body."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.record import Record
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
+
+PHOTO_SIZE, MAP_SIZE, GUIDE_SIZE = 1024, 512, 256
+
+_MAPS = {
+    "mask": (PHOTO_SIZE, np.uint8),
+    "normals_front": (MAP_SIZE, np.int8),
+    "normals_back": (MAP_SIZE, np.int8),
+    "depth_front": (MAP_SIZE, np.float16),
+    "depth_back": (MAP_SIZE, np.float16),
+    "parts_front": (MAP_SIZE, np.int8),
+    "guide_normals_front": (GUIDE_SIZE, np.int8),
+    "guide_normals_back": (GUIDE_SIZE, np.int8),
+    "guide_depth_front": (GUIDE_SIZE, np.float16),
+    "guide_depth_back": (GUIDE_SIZE, np.float16),
+}  # side in pixels and type of each map
+
+
+@dataclass(frozen=True, kw_only=True)
+class View(Record):
+    """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z, metres, y up, z = 0 at the guide's mean.
+
+    Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for, each by the property of its name:
+
+    - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, 255 inside, soft at the rim.
+    - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen through the front: on the same
+      pixels, in the same axes.
+    - `depth_front`, `depth_back` (512, 512) float16, z in metres; NaN outside. `parts_front` (512, 512) int8, -1 outside.
+    - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`, `guide_depth_back` (256, 256) float16.
+
+    All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 / s, v = (i + 0.5) 1024 / s.
+
+    Attributes
+    ----------
+    encoded : mapping of str to (n,) uint8
+        The pictures' files.
+    camera : OrthographicCamera
+        Of the photo's 1024 pixels.
+    points : (N, 3) float32
+        Samples in space, metres.
+    distance : (N,) float16
+        Signed distance of `points` to the person, metres, negative inside.
+    guide_distance : (N,) float16, guide_normals : (N, 3) int8
+        Signed distance to the guide, and the guide's normal at the closest point.
+    surface_points : (M, 3) float32
+        Uniform by area on the person's outer surface.
+    surface_normals : (M, 3) int8, surface_colors : (M, 3) uint8
+        Outward normals; sRGB colours: the texture's in the photo's mean light.
+    surface_visible : (M,) bool
+        Whether the photo's camera sees the point.
+    surface_parts : (M,) int8
+        Index into `a2v.body.PARTS`.
+    surface_guide_distance : (M,) float16, surface_guide_normals : (M, 3) int8
+        As of `points`.
+    guide_vertices : (G, 3) float32
+        The guide body; its faces are in the data set's ``guide.npz``.
+    avatar : str
+    gain : (3,) float32
+        Linear RGB: mean irradiance over pi on what the photo sees of the person. ``surface_colors`` are the texture times this.
+    yaw : float
+        How far the person is turned about the vertical, degrees; positive towards the person's left.
+    seed, index : int
+        Of the data set, and the view's number in its split.
+    split : str
+    """
+
+    encoded: Mapping[str, np.ndarray]
+    camera: OrthographicCamera
+    points: FloatArray
+    distance: FloatArray
+    guide_distance: FloatArray
+    guide_normals: IntArray
+    surface_points: FloatArray
+    surface_normals: IntArray
+    surface_colors: ByteArray
+    surface_visible: BoolArray
+    surface_parts: IntArray
+    surface_guide_distance: FloatArray
+    surface_guide_normals: IntArray
+    guide_vertices: FloatArray
+    avatar: str
+    gain: FloatArray
+    yaw: float
+    seed: int
+    index: int
+    split: str
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        for name, shape in {
+            "points": ("N", 3), "distance": ("N",), "guide_distance": ("N",), "guide_normals": ("N", 3), "surface_points": ("M", 3),
+            "surface_normals": ("M", 3), "surface_colors": ("M", 3), "surface_visible": ("M",), "surface_parts": ("M",),
+            "surface_guide_distance": ("M",), "surface_guide_normals": ("M", 3), "guide_vertices": ("G", 3), "gain": (3,),
+        }.items():  # fmt: skip
+            self._check(name, shape, sizes)
+        if missing := [name for name in ("image", *_MAPS) if name not in self.encoded]:
+            raise InputError(f"View has no picture '{missing[0]}'; it has {', '.join(self.encoded) or 'none'}")
+
+    def forget_pictures(self) -> None:
+        """Drop what was decoded; it is decoded again when it is asked for."""
+        for name in ("image", *_MAPS):
+            vars(self).pop(name, None)
+
+    @cached_property
+    def image(self) -> ByteArray:
+        """(1024, 1024, 3) uint8 sRGB."""
+        import cv2
+
+        return np.ascontiguousarray(self._decoded("image", cv2.IMREAD_COLOR, (PHOTO_SIZE, PHOTO_SIZE, 3))[..., ::-1])
+
+    def map(self, name: str) -> np.ndarray:
+        """A picture other than the photo, by name.
+
+        Raises
+        ------
+        InputError
+            Unknown name, or a damaged picture.
+        """
+        import cv2
+
+        if name not in _MAPS:
+            raise InputError(f"unknown map '{name}'; choose from {', '.join(_MAPS)}")
+        side, kind = _MAPS[name]
+        shape = (side, side, 3) if "normals" in name else (side, side)
+        raw = self._decoded(name, cv2.IMREAD_UNCHANGED, shape)
+        return np.asarray(raw.view(kind)) if raw.dtype.itemsize == np.dtype(kind).itemsize else raw
+
+    def _decoded(self, name: str, flags: int, shape: tuple[int, ...]) -> np.ndarray:
+        import cv2
+
+        found = cv2.imdecode(np.asarray(self.encoded[name]), flags)
+        if found is None or found.shape != shape:
+            raise InputError(f"View: picture '{name}' is damaged; make the view again")
+        return np.asarray(found)
+
+    @cached_property
+    def mask(self) -> ByteArray:
+        """(1024, 1024) uint8, 255 inside."""
+        return self.map("mask")
+
+    @cached_property
+    def normals_front(self) -> IntArray:
+        """(512, 512, 3) int8."""
+        return self.map("normals_front")
+
+    @cached_property
+    def normals_back(self) -> IntArray:
+        """(512, 512, 3) int8."""
+        return self.map("normals_back")
+
+    @cached_property
+    def depth_front(self) -> FloatArray:
+        """(512, 512) float16, metres."""
+        return self.map("depth_front")
+
+    @cached_property
+    def depth_back(self) -> FloatArray:
+        """(512, 512) float16, metres."""
+        return self.map("depth_back")
+
+    @cached_property
+    def parts_front(self) -> IntArray:
+        """(512, 512) int8."""
+        return self.map("parts_front")
+
+    @cached_property
+    def guide_normals_front(self) -> IntArray:
+        """(256, 256, 3) int8."""
+        return self.map("guide_normals_front")
+
+    @cached_property
+    def guide_normals_back(self) -> IntArray:
+        """(256, 256, 3) int8."""
+        return self.map("guide_normals_back")
+
+    @cached_property
+    def guide_depth_front(self) -> FloatArray:
+        """(256, 256) float16, metres."""
+        return self.map("guide_depth_front")
+
+    @cached_property
+    def guide_depth_back(self) -> FloatArray:
+        """(256, 256) float16, metres."""
+        return self.map("guide_depth_back")
+
+
+def encode_pictures(image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless)."""
+    import cv2
+
+    encoded = {"image": cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]}
+    for name, (_, kind) in _MAPS.items():
+        plain = np.ascontiguousarray(maps[name], kind).view(np.uint16 if kind is np.float16 else np.uint8)
+        encoded[name] = cv2.imencode(".png", plain, [cv2.IMWRITE_PNG_COMPRESSION, 2])[1]
+    return {name: np.asarray(data, np.uint8).ravel() for name, data in encoded.items()}
+
+
+def view_path(folder: str | os.PathLike[str], split: str, index: int) -> Path:
+    """Where a data set keeps a view."""
+    return Path(folder) / "views" / split / f"{index:06d}.npz"
+
+
+def list_views(folder: str | os.PathLike[str], split: str) -> list[Path]:
+    """The finished views of a split, sorted.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    found = sorted((Path(folder) / "views" / split).glob("[0-9]*.npz"))
+    if not found:
+        raise InputError(f"{folder} has no views of the split '{split}'; make some with a2v studio --out {folder}")
+    return found
+
+
+def read_index(folder: str | os.PathLike[str]) -> dict[str, object]:
+    """What made a data set: its ``index.json``.
+
+    Raises
+    ------
+    InputError
+        It is missing or broken.
+    """
+    path = Path(folder) / "index.json"
+    try:
+        content = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} is not readable ({error}); give the folder that a2v studio wrote") from error
+    if not isinstance(content, dict):
+        raise InputError(f"{path} holds no JSON object; give the folder that a2v studio wrote")
+    return content

@@ -1,0 +1,92 @@
+"""What Blender makes of our files: `bpy` from PyPI, in this environment or in one of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from a2v import Character
+from a2v.animation import retarget, rig_motion
+from a2v.formats.bvh import write_bvh
+from a2v.formats.gltf import write_glb
+from a2v.formats.motion import read_motion
+
+ROOT = Path(__file__).resolve().parents[2]
+BONES = ("wrist.L", "wrist.R", "head", "foot.L")
+
+
+@pytest.fixture(scope="module")
+def blender() -> str:
+    """A Python with bpy: $A2V_BLENDER_PYTHON, this one, or build/bpy's."""
+    for python in (os.environ.get("A2V_BLENDER_PYTHON"), sys.executable, str(ROOT / "build" / "bpy" / "bin" / "python")):
+        if python and Path(python).exists():
+            done = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=120, check=False)
+            if done.returncode == 0:
+                return python
+    pytest.skip("no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or set A2V_BLENDER_PYTHON")
+
+
+@pytest.fixture(scope="module")
+def clips(character: Character, data_dir: Path) -> dict[str, tuple[np.ndarray, float]]:
+    folder = data_dir / "motions"
+    names = ("cartwheel", "walk")
+    return {name: (retarget(read_motion(folder / f"humanoid3d_{name}.txt", fps=10), character.body), 10.0) for name in names}
+
+
+@pytest.fixture(scope="module")
+def seen(
+    blender: str, character: Character, clips: dict[str, tuple[np.ndarray, float]], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
+    folder = tmp_path_factory.mktemp("blender")
+    surface = character.surface
+    uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
+    textured = dataclasses.replace(surface, uv=uv, texture=np.full((32, 32, 3), 128, np.uint8))
+    write_glb(folder / "c.glb", dataclasses.replace(character, surface=textured), clips)
+    write_bvh(folder / "m.bvh", rig_motion(clips["cartwheel"][0], character.body, 10.0))
+    script = str(Path(__file__).with_name("look_in_blender.py"))
+    command = [blender, script, str(folder / "c.glb"), str(folder / "m.bvh"), "10", ",".join(BONES), "0,5,12"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("TOLD ")]
+    assert lines, done.stdout[-2000:] + done.stderr[-2000:]
+    told: dict[str, Any] = json.loads(lines[0].removeprefix("TOLD "))
+    return told
+
+
+def ours(character: Character, transforms: np.ndarray) -> np.ndarray:
+    bones = [character.body.bone_names.index(bone) for bone in BONES]
+    return transforms[[0, 5, 12]][:, bones][..., :3, 3]
+
+
+@pytest.mark.slow
+def test_the_glb_has_our_bones_clips_frames_and_hands(
+    seen: dict[str, Any], character: Character, clips: dict[str, tuple[np.ndarray, float]]
+) -> None:
+    told = seen["glb"]
+    assert told["bones"] == len(character.body.bone_names)
+    assert told["vertices"] >= len(character.surface.vertices)
+    assert told["images"] == 1
+    assert {name.split("_")[0] for name in told["clips"]} == set(clips)
+    for name, clip in told["clips"].items():
+        moves = clips[name.split("_")[0]][0]
+        first, last = clip["range"]
+        assert last - first + 1 == pytest.approx(len(moves), abs=1e-3)
+        np.testing.assert_allclose(clip["heads"], ours(character, moves), atol=1e-3)
+
+
+@pytest.mark.slow
+def test_the_bvh_has_our_bones_frames_and_hands(
+    seen: dict[str, Any], character: Character, clips: dict[str, tuple[np.ndarray, float]]
+) -> None:
+    told, moves = seen["bvh"], clips["cartwheel"][0]
+    assert told["bones"] == len(character.body.bone_names)
+    first, last = told["range"]
+    assert last - first + 1 == len(moves)
+    np.testing.assert_allclose(told["heads"], ours(character, moves), atol=2e-3)

@@ -1,0 +1,84 @@
+"""A body, a surface around it and real motions."""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from a2v.animation import bind
+from a2v.body import load_body_model, make_body
+from a2v.geometry.mesh import vertex_normals
+from a2v.kinematics import CMU, HUMANACT12, Skeleton, inverse_kinematics
+from a2v.types import Body, Character, Motion, Surface
+
+
+def clip(joints: np.ndarray, skeleton: Skeleton, fps: float, action: str = "") -> Motion:
+    """A motion of a data set's skeleton from its joints (T, J, 3)."""
+    return Motion(
+        joints=joints.astype(np.float32),
+        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
+        root=joints[:, 0].astype(np.float32),
+        fps=fps,
+        parents=skeleton.parents,
+        joint_names=skeleton.joint_names,
+        skeleton=skeleton.name,
+        action=action,
+    )
+
+
+@pytest.fixture(scope="session")
+def body() -> Body:
+    """Anny's adult with the arms 15 degrees lower than at rest, standing on the ground."""
+    model = load_body_model()
+    turns = np.zeros((model.n_bones, 3), np.float32)
+    turns[model.bone("upperarm01.L"), 2], turns[model.bone("upperarm01.R"), 2] = -0.26, 0.26
+    return make_body(model, turns, grounded=True)
+
+
+@pytest.fixture(scope="session")
+def surface(body: Body) -> Surface:
+    """The body's own skin pushed out by 8 mm."""
+    vertices = body.vertices + 0.008 * vertex_normals(body.vertices.astype(np.float64), body.faces.astype(np.int64))
+    colors = np.clip((vertices - vertices.min(0)) / np.ptp(vertices, axis=0), 0, 1)
+    return Surface(vertices=vertices.astype(np.float32), faces=body.faces, colors=colors.astype(np.float32))
+
+
+@pytest.fixture(scope="session")
+def character(surface: Surface, body: Body) -> Character:
+    return bind(surface, body)
+
+
+@pytest.fixture(scope="session")
+def cartwheel(data_dir: Path) -> Path:
+    return data_dir / "motions" / "humanoid3d_cartwheel.txt"
+
+
+@pytest.fixture(scope="session")
+def real_clips(data_dir: Path) -> Callable[[str, int], list[Motion]]:
+    """``real_clips("cmu" | "humanact12", n)``: n clips drawn with a fixed seed, metres, y up."""
+
+    def load(name: str, count: int) -> list[Motion]:
+        random = np.random.default_rng(0)
+        clips: list[Motion] = []
+        if name == "humanact12":
+            with zipfile.ZipFile(data_dir / "humanact12.zip") as archive:
+                names = sorted(item for item in archive.namelist() if item.endswith(".npy"))
+                for index in random.permutation(len(names))[:count]:
+                    joints = np.load(io.BytesIO(archive.read(names[index]))).astype(np.float64) * [1, -1, -1]  # y down at the source
+                    clips.append(clip(joints, HUMANACT12, 20.0, names[index]))
+        else:
+            with zipfile.ZipFile(data_dir / "cmu_mocap.zip") as archive:
+                rows = list(csv.DictReader(io.StringIO(archive.read("mocap/pose_clip.csv").decode())))
+                for index in random.permutation(len(rows)):
+                    joints = np.load(io.BytesIO(archive.read(f"mocap/mocap_3djoints/{rows[index]['motion']}.npy"))).astype(np.float64)
+                    if len(joints) >= 10 and len(clips) < count:
+                        clips.append(clip(joints / 20, CMU, 12.0, rows[index]["action_type"]))
+        return clips
+
+    return load

@@ -21,7 +21,7 @@ from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.motion import read_motion
 from a2v.kinematics import CMU, HUMANACT12, Skeleton, rotvec_to_rotmat
 from a2v.kinematics.resample import resample_motion
-from tests.support.characters import clip
+from tests.support.motions import clip
 
 LIMBS = [("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist")]
 RAW = RetargetSettings(raw=True, smoothing=0.0)

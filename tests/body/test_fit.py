@@ -14,7 +14,7 @@ from a2v.body.silhouette import rasterize, silhouette_iou
 from a2v.body.surface_term import vertex_normals
 from a2v.errors import InputError
 from a2v.types import Body, OrthographicCamera, Subject, Surface
-from tests.body.synthetic import landmarks_of, random_body, subject_of
+from tests.support.bodies import landmarks_of, random_body, subject_of
 
 QUICK = FitSettings(rounds=5)
 

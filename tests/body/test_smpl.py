@@ -14,7 +14,7 @@ from a2v.body import BLAZEPOSE, JOINT_BONES, PARTS, BodyModel, FitSettings, Smpl
 from a2v.body.smpl import JOINTS
 from a2v.kinematics import HUMANACT12, inverse_kinematics
 from a2v.types import Body, Motion
-from tests.body.synthetic import random_body, subject_of
+from tests.support.bodies import random_body, subject_of
 
 # Anny's bone whose head is each of SMPL's joints
 BONES = {

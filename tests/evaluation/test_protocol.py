@@ -24,16 +24,9 @@ from a2v.evaluation.protocol import (
     scores_as_dict,
     scores_from_dict,
 )
-from tests.motion.test_training import waving
+from tests.support.motions import mirrored
 
 SETTINGS = EvaluationSettings(clips=60, repeats=3, state="zeros")
-
-
-def mirrored(clips=20):
-    """Clips whose second action is done with the other arm, on the other side."""
-    dataset = waving(clips=clips)
-    sides = [np.float32([1 - 2 * label, 1, 1]) for label in dataset.labels]
-    return dataclasses.replace(dataset, joints=tuple(joints * side for joints, side in zip(dataset.joints, sides, strict=True)))
 
 
 @pytest.fixture(scope="module")

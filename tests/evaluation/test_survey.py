@@ -28,7 +28,7 @@ from a2v.evaluation.survey import (
     write_survey,
 )
 from pipelines.cli import main
-from tests.rendering.test_stickfigure import person
+from tests.support.motions import person
 
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 

@@ -12,7 +12,7 @@ from a2v.datasets import NativeFrame
 from a2v.errors import InputError
 from a2v.evaluation.protocol import EvaluationSettings, evaluate, recorded
 from a2v.evaluation.training import ClassifierSettings, held_out_accuracy, train_classifier
-from tests.evaluation.test_protocol import mirrored
+from tests.support.motions import mirrored
 
 SETTINGS = ClassifierSettings(iterations=40, batch_size=16, learning_rate=1e-2, threads=1, device="cpu", log_every=10)
 

@@ -21,7 +21,7 @@ from a2v.motion.sampler import initial_feed
 from a2v.types import Motion
 from export import sample as sample_script
 from export.motion import cooled, export_motion
-from tests.motion.test_training import waving
+from tests.support.motions import waving
 
 SCRIPT = Path(sample_script.__file__)
 

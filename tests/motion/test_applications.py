@@ -21,8 +21,8 @@ from a2v.types import Motion
 from export import sample as sample_script
 from export.flow import export_flow
 from export.motion import export_motion
-from tests.motion.test_flow import SMALL
-from tests.motion.test_training import waving
+from tests.support.flows import SMALL
+from tests.support.motions import waving
 
 
 @pytest.fixture(scope="module")

@@ -19,12 +19,8 @@ from a2v.motion.windows import ROOT_WEIGHT, LinearCode, WindowCodec, foot_metric
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
 from export.storage import round_to_stored
-from tests.motion.test_training import waving
-
-SMALL = FlowSettings(
-    code_size=12, context_size=5, context_frames=4, width=32, blocks=2, condition_size=32, iterations=60, batch_size=32, pool=200, threads=1, device="cpu",
-    learning_rate=5e-3, log_every=10,
-)  # fmt: skip
+from tests.support.flows import SMALL
+from tests.support.motions import waving
 
 
 @pytest.fixture(scope="module")

@@ -4,38 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 import pytest
 import torch
 
-from a2v.datasets import ActionDataset
 from a2v.errors import InputError
-from a2v.kinematics import CMU, forward_kinematics
 from a2v.motion.networks import VAESettings
 from a2v.motion.training import TrainSettings, start, train
 from a2v.runs import read_checkpoint
-
-
-def waving(trajectory=True, clips=6, frames=30):
-    """Clips of one arm that waves at two speeds while the root walks on."""
-    rng = np.random.default_rng(0)
-    lengths = np.full(20, 0.3)
-    joints, labels = [], []
-    for i in range(clips):
-        t = np.arange(frames)[:, None] * (0.1 + 0.3 * (i % 2)) + rng.uniform(0, 6)
-        rotations = np.zeros((frames, 20, 3))
-        rotations[:, 4:6, 2] = np.sin(t)
-        root = np.zeros((frames, 3))
-        if trajectory:
-            root[:, 2] = np.arange(frames) * 0.05
-        joints.append(forward_kinematics(rotations, root, lengths, CMU).astype(np.float32))
-        labels.append(i % 2)
-    names = tuple(map(str, range(clips)))
-    return ActionDataset(
-        name="waving", skeleton=CMU, actions=("slow", "fast"), joints=tuple(joints), labels=np.array(labels), clip_names=names,
-        subjects=names, fps=20.0, length=20,
-    )  # fmt: skip
-
+from tests.support.motions import waving
 
 SMALL = VAESettings(hidden_size=16, latent_size=4)
 SETTINGS = TrainSettings(schedule="cosine", iterations=30, batch_size=8, learning_rate=5e-3, threads=1, device="cpu", log_every=5)

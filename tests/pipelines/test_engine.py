@@ -24,8 +24,8 @@ from pipelines.memo import memo, plain
 from pipelines.progress import Update
 from pipelines.run import Outcome, run
 from pipelines.store import Ref, Store, get, put
-from tests.pipelines import numbers
-from tests.pipelines.numbers import GRAPH, Numbers, Scale, Words, expected
+from tests.support import numbers
+from tests.support.numbers import GRAPH, Numbers, Scale, Words, expected
 
 ROOT = Path(__file__).resolve().parents[2]
 VIEWS = (10, 20, 30)
@@ -307,7 +307,7 @@ JOB = """
 import sys
 from pipelines.run import run
 from pipelines.store import Store
-from tests.pipelines.numbers import *
+from tests.support.numbers import *
 outcome = run("total", graph=GRAPH, store=Store({store!r}), executor={executor!r}, workers=2, length={length}, scale=Scale(), views=(10, 20, 30), wait={wait})
 print(outcome.get("total", Numbers).values[0])
 """
@@ -370,7 +370,7 @@ from pathlib import Path
 import numpy as np
 from pipelines.memo import memo
 from pipelines.store import Ref, put, get
-from tests.pipelines.numbers import Numbers, _log
+from tests.support.numbers import Numbers, _log
 
 @memo()
 def {name}({inputs}) -> Ref[Numbers]:

@@ -14,7 +14,7 @@ from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
 from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
 from a2v.types import Surface
-from tests.reconstruction.conftest import HAIR, JACKET, SIZE, SKIN
+from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
 
 
 @pytest.fixture(scope="module")

@@ -10,26 +10,13 @@ import pytest
 from PIL import Image
 
 from a2v.errors import InputError
-from a2v.kinematics import CMU, HUMANACT12, forward_kinematics
+from a2v.kinematics import CMU, HUMANACT12
 from a2v.rendering import probe_video
 from a2v.rendering.stickfigure import StickSettings, animate, plot_path, plot_rows, project, save_stick_figures
-from a2v.types import Motion
+from tests.support.motions import person
 
 FRONT = StickSettings(size=200, azimuth=0, elevation=0)
 SIDE = StickSettings(size=200, azimuth=90, elevation=0)
-
-
-def person(skeleton=CMU, frames=6, step=0.1, height=0.0):
-    """A T-pose that walks along +z, its feet on the ground."""
-    rotations = np.zeros((frames, skeleton.n_joints, 3), np.float32)
-    root = np.zeros((frames, 3), np.float32)
-    root[:, 2] = np.arange(frames) * step
-    joints = forward_kinematics(rotations, root, np.full(skeleton.n_joints, 0.25, np.float32), skeleton).astype(np.float32)
-    joints[..., 1] += height - joints[..., 1].min()
-    return Motion(
-        joints=joints, rotations=rotations, root=joints[:, 0], fps=10, parents=skeleton.parents, joint_names=skeleton.joint_names,
-        skeleton=skeleton.name,
-    )  # fmt: skip
 
 
 def pixels(image, colour):

@@ -14,22 +14,9 @@ import pytest
 from a2v.animation import bind
 from a2v.body import load_body_model, make_body
 from a2v.geometry.mesh import vertex_normals
-from a2v.kinematics import CMU, HUMANACT12, Skeleton, inverse_kinematics
+from a2v.kinematics import CMU, HUMANACT12
 from a2v.types import Body, Character, Motion, Surface
-
-
-def clip(joints: np.ndarray, skeleton: Skeleton, fps: float, action: str = "") -> Motion:
-    """A motion of a data set's skeleton from its joints (T, J, 3)."""
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=fps,
-        parents=skeleton.parents,
-        joint_names=skeleton.joint_names,
-        skeleton=skeleton.name,
-        action=action,
-    )
+from tests.support.motions import clip
 
 
 @pytest.fixture(scope="session")

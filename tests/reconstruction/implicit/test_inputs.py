@@ -8,7 +8,7 @@ from a2v.reconstruction.implicit.batches import ViewReader, align_example, make_
 from a2v.reconstruction.implicit.inputs import FRAME, GuideMesh, frame_box, guide_input, make_frame, mask_distance, photo_input, place_of
 from a2v.studio.view import View, view_path
 from a2v.types import OrthographicCamera
-from tests.reconstruction.implicit.conftest import AXES, CAMERA, RED, ellipsoid
+from tests.support.ellipsoid import AXES, CAMERA, RED, ellipsoid
 
 
 @pytest.mark.parametrize(

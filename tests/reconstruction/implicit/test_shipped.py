@@ -16,7 +16,7 @@ from a2v.reconstruction import ColorSettings, ImplicitSettings, color_surface, i
 from a2v.reconstruction.backends import expected_colors
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.types import Body, OrthographicCamera, Subject, Surface
-from tests.reconstruction.conftest import JACKET
+from tests.support.photographs import JACKET
 
 Scene = tuple[Subject, Body, OrthographicCamera]
 

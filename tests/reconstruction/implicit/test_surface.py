@@ -9,7 +9,7 @@ from a2v.errors import InputError
 from a2v.geometry.visibility import vertex_normals
 from a2v.reconstruction.implicit.inputs import FRAME, Frame, GuideMesh
 from a2v.reconstruction.implicit.surface import ImplicitSettings, expected_normals, rim_levels, smooth_surface
-from tests.reconstruction.implicit.conftest import AXES, CAMERA, ellipsoid
+from tests.support.ellipsoid import AXES, CAMERA, ellipsoid
 
 BOUNDS = np.stack([-AXES - 0.05, AXES + 0.05])
 

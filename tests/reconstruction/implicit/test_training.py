@@ -23,7 +23,7 @@ from a2v.reconstruction.implicit.training import (
 )
 from a2v.studio.view import View
 from export.reconstruction import export_reconstruction
-from tests.reconstruction.implicit.conftest import AXES, CAMERA, RED, ellipsoid
+from tests.support.ellipsoid import AXES, CAMERA, RED, ellipsoid
 
 SMALL = NetworkSettings(widths=(16, 16, 16, 16), hidden=32, context=8, fine_width=16)
 QUICK = ReconstructionSettings(

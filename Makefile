@@ -31,8 +31,8 @@ bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pi
 sheets: setup ## contact sheets of the sample, the photos and avatars into sheets/
 	@$(PY) scripts/make_sheets.py $(ARGS)
 
-lint: setup ## ruff and mypy
-	@$(PY) -m ruff check . && $(PY) -m mypy
+lint: setup ## ruff, mypy, layers
+	@$(PY) -m ruff check . && $(PY) -m mypy && .venv/bin/lint-imports
 
 notebooks: setup ## write and execute notebooks/*.ipynb from their .py
 	@set -e; for source in notebooks/*.py; do $(PY) -m jupytext --to ipynb --execute $$source; done

@@ -18,6 +18,7 @@ from a2v.evaluation.metrics import accuracy, confidence_interval, diversity, fid
 from a2v.evaluation.physics import PhysicsMetrics, joints_physics
 from a2v.motion import MotionModel
 from a2v.types import FloatArray, IntArray, Progress
+from a2v.version import __version__
 
 REAL = "Real motions"
 METRICS = ("fid", "accuracy", "diversity", "multimodality")
@@ -308,8 +309,6 @@ def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scor
 
 def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings) -> dict[str, Any]:
     """Everything a reader needs to reproduce a table, as JSON."""
-    from a2v import __version__
-
     return {
         # "generator": tables from before every row had its own are another protocol
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},

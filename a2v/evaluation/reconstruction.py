@@ -26,6 +26,7 @@ from a2v.geometry.visibility import vertex_normals
 from a2v.io import atomic_path, sha256
 from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest, backend_of
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+from a2v.version import __version__
 
 if TYPE_CHECKING:
     from a2v.studio.generate import Studio
@@ -683,7 +684,6 @@ def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
 
 def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:
     """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
-    from a2v import __version__
     from a2v.studio.generate import VERSION
 
     return {

@@ -17,6 +17,7 @@ from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
 from a2v.types import Character, FloatArray, IntArray, Surface
+from a2v.version import __version__
 
 MAX_MORPH_BYTES = 2 << 30
 
@@ -29,8 +30,6 @@ class _Document:
     """A glTF document under construction: JSON plus one binary buffer."""
 
     def __init__(self, name: str):
-        from a2v import __version__
-
         self.json: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": f"a2v {__version__}"},
             "scene": 0,

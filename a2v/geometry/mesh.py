@@ -58,6 +58,16 @@ def laplacian(weights: Any) -> Any:
     return (diags(np.asarray(weights.sum(axis=1)).ravel()) - weights).tocsr()
 
 
+def piece_of_faces(count: int, faces: IntArray) -> IntArray:
+    """Number, from 0, of the connected piece of each face (F,) of a mesh with `count` vertices."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    _, label = connected_components(sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False)
+    return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
+
+
 class Cholesky:
     """A factored symmetric positive definite sparse matrix: factor once, solve many right-hand sides."""
 

@@ -56,7 +56,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
         for i, j in np.argwhere(broken):
             near = inside[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2][~broken[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2]]
             inside[i, j] = near.mean(axis=0) > 0.5 if len(near) else False
-    return binary_fill_holes(inside)
+    return np.asarray(binary_fill_holes(inside))
 
 
 def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3) -> FloatArray:

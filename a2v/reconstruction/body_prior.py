@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from a2v.body.skin import outer_skin
 from a2v.errors import InputError
 from a2v.geometry.visibility import cast_depth, contour_distance, person_box, raycasting_scene, silhouette_iou, vertex_normals
 from a2v.geometry.volume import Grid, signed_distance
-from a2v.reconstruction.extraction import mesh_grid, piece_of_faces
+from a2v.reconstruction.extraction import mesh_grid
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 
@@ -126,17 +127,6 @@ def body_prior_surface(
         colors=np.full((len(vertices), 3), 0.7, np.float32),
         provenance={"backend": "body-prior", "silhouette_iou": iou, "body_silhouette_iou": before, "cell": grid.cell},
     )
-
-
-def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
-    """The body's outer skin: its largest connected piece (eyes and tongue are pieces of their own)."""
-    faces = np.asarray(body.faces, np.int64)
-    piece = piece_of_faces(len(body.vertices), faces)
-    own = faces[piece == np.bincount(piece).argmax()]
-    kept = np.zeros(len(body.vertices), bool)
-    kept[own.ravel()] = True
-    number = np.cumsum(kept) - 1
-    return np.asarray(body.vertices, np.float64)[kept], number[own], np.asarray(body.parts)[kept]
 
 
 def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings) -> Grid:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import A2VError, InputError
+from a2v.geometry.mesh import piece_of_faces
 from a2v.geometry.visibility import vertex_normals
 from a2v.geometry.volume import Grid
 from a2v.types import BoolArray, FloatArray, IntArray, Progress
@@ -280,16 +281,6 @@ def keep_pieces(vertices: FloatArray, faces: IntArray, share: float = 1.0) -> tu
     faces = faces[good[piece]]
     used, renumbered = np.unique(faces, return_inverse=True)
     return vertices[used], renumbered.reshape(-1, 3)
-
-
-def piece_of_faces(count: int, faces: IntArray) -> IntArray:
-    """Number, from 0, of the connected piece of each face (F,) of a mesh with `count` vertices."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    _, label = connected_components(sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False)
-    return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
 
 
 def is_closed(vertices: FloatArray, faces: IntArray) -> bool:

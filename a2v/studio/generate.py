@@ -31,6 +31,7 @@ from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals
 from a2v.studio.variation import SPLITS, Build, Wardrobe, find_clothes, rebuild, recolor, split_of
 from a2v.studio.view import GUIDE_SIZE, MAP_SIZE, PHOTO_SIZE, View, encode_pictures, view_path
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Progress, Surface
+from a2v.version import __version__
 
 VERSION = 1
 """Of what a seed gives: raise it when views change, so that a folder never mixes two kinds."""
@@ -693,8 +694,6 @@ def _results(
 
 def _write_index(folder: Path, settings: StudioSettings) -> None:
     """Write ``index.json``, or check that the folder was made by the same settings."""
-    from a2v import __version__
-
     plain = json.loads(json.dumps(dataclasses.asdict(settings)))
     path = folder / "index.json"
     if path.exists():

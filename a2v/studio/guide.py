@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.body.skin import outer_skin
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
 from a2v.kinematics import rotvec_to_rotmat
@@ -244,7 +245,6 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
     """
     from a2v.animation.bind import bind
     from a2v.body import fit_body
-    from a2v.reconstruction.body_prior import outer_skin
 
     pose = a_pose(arms=45.0)
     body = avatar_body(avatar, pose)

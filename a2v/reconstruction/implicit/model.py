@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from a2v.body.skin import outer_skin
 from a2v.errors import InputError
 from a2v.io import sha256
-from a2v.reconstruction.body_prior import outer_skin
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, Frame, GuideMesh, guide_input, make_frame, mask_distance, photo_input, place_of
 from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
 from a2v.types import Body, FloatArray, OrthographicCamera, Subject

@@ -1,0 +1,28 @@
+"""The outer skin of a body: what is left of its mesh without eyes, teeth and tongue."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.geometry.mesh import piece_of_faces
+from a2v.types import Body, FloatArray, IntArray
+
+
+def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
+    """The largest connected piece of a body's mesh, by its faces.
+
+    Returns
+    -------
+    vertices : (S, 3) float64
+        Metres, in the body's frame, in the body's order.
+    faces : (G, 3) int64
+    parts : (S,) int8
+        Body part of each vertex, an index into `a2v.body.PARTS`.
+    """
+    faces = np.asarray(body.faces, np.int64)
+    piece = piece_of_faces(len(body.vertices), faces)
+    own = faces[piece == np.bincount(piece).argmax()]
+    kept = np.zeros(len(body.vertices), bool)
+    kept[own.ravel()] = True
+    number = np.cumsum(kept) - 1
+    return np.asarray(body.vertices, np.float64)[kept], number[own], np.asarray(body.parts)[kept]

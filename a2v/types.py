@@ -68,6 +68,10 @@ class Motion(Record):
         What is done; a comma between the actions of a transition.
     seed : int
         Seed of the generation; -1 for recorded motion.
+    rest_offsets : (J, 3) float64 or None
+        Rest pose of the file or body that the motion is from: each joint from its parent, metres, axes as everywhere; row 0 is zero.
+    given_frames : int or None
+        How many of the first frames were given, where the others were generated to go on from them.
     """
 
     joints: FloatArray
@@ -79,6 +83,8 @@ class Motion(Record):
     skeleton: str = "custom"
     action: str = ""
     seed: int = -1
+    rest_offsets: FloatArray | None = None
+    given_frames: int | None = None
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
@@ -86,12 +92,16 @@ class Motion(Record):
         self._check("rotations", ("T", "J", 3), sizes, leading=True)
         self._check("root", ("T", 3), sizes, leading=True)
         self._check("parents", ("J",), sizes)
+        if self.rest_offsets is not None:
+            self._check("rest_offsets", ("J", 3), sizes)
         if len(self.joint_names) != sizes["J"]:
             raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
         if sizes["T"] < 1:
             raise InputError("Motion has no frames")
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
+        if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
+            raise InputError(f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames")
         order = np.arange(sizes["J"])
         if self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
             raise InputError("Motion.parents must list parents before children, with -1 for joint 0 alone")
@@ -115,7 +125,8 @@ class Motion(Record):
     def first(self, frames: int) -> Motion:
         """The first `frames` frames, of every clip of a batch; all where there are fewer."""
         kept = {name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))] for name in ("joints", "rotations", "root")}
-        return dataclasses.replace(self, **kept)
+        given = None if self.given_frames is None else min(self.given_frames, frames)
+        return dataclasses.replace(self, **kept, given_frames=given)
 
 
 @dataclass(frozen=True, kw_only=True)

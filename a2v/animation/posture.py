@@ -188,8 +188,8 @@ def _forward(degrees: float) -> FloatArray:
 
 def _rest_pose(motion: Motion) -> dict[str, FloatArray] | None:
     """Canonical joints of a BVH file's rest pose, facing +z; None without one or where it is not a standing person."""
-    offsets = np.asarray(motion.provenance.get("rest_offsets", ()), dtype=np.float64)
-    if offsets.shape != (len(motion.parents), 3):
+    offsets = motion.rest_offsets
+    if offsets is None:
         return None
     points = np.zeros_like(offsets)
     for j in range(1, len(points)):

@@ -221,5 +221,6 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
         joint_names=body.bone_names,
         action=action,
         seed=seed,
-        provenance={"body": body.model, "rest_offsets": np.round(offsets, 7).tolist()},
+        provenance={"body": body.model},
+        rest_offsets=np.round(offsets, 7),
     )

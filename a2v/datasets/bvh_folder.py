@@ -139,9 +139,7 @@ def _skeleton(motion: Motion) -> Skeleton:
     """The known skeleton of that name, or one with the rest pose of the file."""
     if motion.skeleton in SKELETONS:
         return SKELETONS[motion.skeleton]
-    skeleton = skeleton_from_parents(
-        motion.parents.tolist(), motion.joint_names, np.asarray(motion.provenance["rest_offsets"]), name=motion.skeleton
-    )
+    skeleton = skeleton_from_parents(motion.parents.tolist(), motion.joint_names, motion.rest_offsets, name=motion.skeleton)
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
 
     def known(names: Sequence[str]) -> tuple[int, ...]:

@@ -166,8 +166,8 @@ def read_bvh(
             "scale": scale,
             "up": axis,
             "dropped_rest_frame": file.dropped,
-            "rest_offsets": np.round((offsets * scale) @ turn.T, 7).tolist(),
         },
+        rest_offsets=np.round((offsets * scale) @ turn.T, 7),
     )
     return motion if fps is None else resample_motion(motion, fps)
 
@@ -638,8 +638,8 @@ def _plan(motion: Motion) -> list[_Out]:
     lengths = np.linalg.norm(vectors, axis=-1)
     turns = bone_turns(motion)
     middle = np.median(lengths, axis=0)
-    given = np.asarray(motion.provenance.get("rest_offsets", ()), dtype=np.float64)
-    if given.shape == (n, 3) and np.allclose(np.linalg.norm(given, axis=-1)[1:], middle[1:], rtol=0.02, atol=1e-4):
+    given = motion.rest_offsets
+    if given is not None and np.allclose(np.linalg.norm(given, axis=-1)[1:], middle[1:], rtol=0.02, atol=1e-4):
         directions = given / np.maximum(np.linalg.norm(given, axis=-1, keepdims=True), 1e-12)
         turns[:, 1:] = turns[:, 1:] @ rotvec_to_rotmat(swing_between(directions[1:], skeleton.rest_directions[1:]))
     elif motion.skeleton in SKELETONS:

@@ -49,9 +49,11 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     turned = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
     root = interpolate(joints[..., 0, :], at, axis=-2)
     moved = forward_kinematics(turned, root, interpolate(lengths, at, axis=-2), skeleton)
+    given = motion.given_frames and int(np.floor((motion.given_frames - 1) / motion.fps * fps + 1e-6)) + 1
     return dataclasses.replace(
-        motion, joints=moved.astype(np.float32), rotations=turned.astype(np.float32), root=root.astype(np.float32), fps=float(fps)
-    )
+        motion, joints=moved.astype(np.float32), rotations=turned.astype(np.float32), root=root.astype(np.float32), fps=float(fps),
+        given_frames=given,
+    )  # fmt: skip
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:

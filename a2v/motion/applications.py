@@ -147,7 +147,7 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     joints = level_floor(joints.astype(np.float32), max(known, len(given)), int(model.metadata["frames"]) // 2)
     joints[:, : len(given)] = given
     rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
-    return model.to_motion(joints, rotations, bodies, names, seed, place=False, given_frames=len(given))
+    return replace(model.to_motion(joints, rotations, bodies, names, seed, place=False), given_frames=len(given))
 
 
 def matching_actions(model: MotionModel, pattern: str) -> list[str]:

@@ -217,7 +217,7 @@ def write(motion: Motion, path: Path) -> list[Path]:
         from a2v.rendering.stickfigure import save_stick_figures
 
         titles = motion.action.split("|") if "|" in motion.action else None
-        save_stick_figures(path, motion, titles=titles, given=int(motion.provenance.get("given_frames", 0)))
+        save_stick_figures(path, motion, titles=titles, given=motion.given_frames or 0)
         return [path]
     from a2v.formats.bvh import write_bvh
 

@@ -171,7 +171,7 @@ def test_who_stands_in_a_bvh_file_stands_in_the_body(body: Body, tmp_path: Path)
     # a skeleton whose rest pose leans back by 9 degrees, as those of CMU's BVH files do
     motion = standing(body, CMU, knee=9.0, lean=-9.0, dip=-14.0)
     offsets = motion.joints[0] - motion.joints[0, np.maximum(motion.parents, 0)]
-    rested = dataclasses.replace(motion, skeleton="custom", provenance={"rest_offsets": offsets.tolist()})
+    rested = dataclasses.replace(motion, skeleton="custom", rest_offsets=offsets.astype(np.float64))
     assert standing_posture(rested).lean == pytest.approx(-9, abs=0.5)
     check_stands(retarget(rested, body), body)
     write_bvh(tmp_path / "standing.bvh", rested)

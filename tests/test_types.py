@@ -1,0 +1,44 @@
+"""The values on the arrows: what may be absent stays absent in the file."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.io import read_npz
+from a2v.kinematics import CMU
+from a2v.kinematics.resample import resample_motion
+from a2v.types import Motion
+
+
+@pytest.fixture
+def motion() -> Motion:
+    zeros = np.zeros((13, 20, 3), np.float32)
+    return Motion(joints=zeros, rotations=zeros, root=zeros[:, 0], fps=12.0, parents=CMU.parents, joint_names=CMU.joint_names, skeleton="cmu")
+
+
+def test_a_motion_keeps_its_rest_pose_and_what_was_given(motion, tmp_path):
+    offsets = np.random.default_rng(0).normal(size=(20, 3))
+    made = dataclasses.replace(motion, rest_offsets=offsets, given_frames=5)
+    made.save(tmp_path / "m.npz")
+    again = Motion.load(tmp_path / "m.npz")
+    assert again.rest_offsets is not None
+    assert np.array_equal(again.rest_offsets, offsets)
+    assert again.rest_offsets.dtype == np.float64
+    assert (again.given_frames, again.first(3).given_frames, resample_motion(again, 24.0).given_frames) == (5, 3, 9)
+
+
+def test_a_motion_without_them_has_no_arrays_of_them(motion, tmp_path):
+    motion.save(tmp_path / "m.npz")
+    assert not {"rest_offsets", "given_frames"} & set(read_npz(tmp_path / "m.npz"))
+    again = Motion.load(tmp_path / "m.npz")
+    assert (again.rest_offsets, again.given_frames, again.first(3).given_frames) == (None, None, None)
+
+
+@pytest.mark.parametrize(("field", "value", "words"), [("rest_offsets", np.zeros((19, 3)), r"\(20, 3\)"), ("given_frames", 14, "0 to 13")])
+def test_what_does_not_fit_is_refused(motion, field, value, words):
+    with pytest.raises(InputError, match=words):
+        dataclasses.replace(motion, **{field: value})

@@ -1,8 +1,8 @@
 """Nodes that remember: a plain typed function whose result is kept under a key of its code and its arguments.
 
-The key digests the source of the node's module, the source of the `a2v` subpackages that it names in `uses`, and the
-arguments (`joblib.hash`: dtype- and shape-aware for arrays; refs and files count by their content). Change any of them
-and the node runs again; change nothing and the stored result is returned. While a node runs it may report progress
+The key digests the code that the node reaches with the data files that it reads (`pipelines.closure`), and the arguments
+(`joblib.hash`: dtype- and shape-aware for arrays; refs and files count by their content). Change any of them and the
+node runs again; change nothing and the stored result is returned. While a node runs it may report progress
 and notes; they go to the event file of the run, which the process that draws the bars reads.
 """
 
@@ -12,15 +12,13 @@ import contextlib
 import contextvars
 import dataclasses
 import functools
-import hashlib
 import importlib
-import importlib.util
 import inspect
 import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
@@ -29,6 +27,7 @@ import numpy as np
 
 from a2v.types import Progress
 from pipelines import store as storage
+from pipelines.closure import code_digest
 from pipelines.store import File, Ref, Store
 
 P = ParamSpec("P")
@@ -38,10 +37,9 @@ R = TypeVar("R", covariant=True)
 class Node(Generic[P, R]):
     """A memoised function; called, it looks into the current store first."""
 
-    def __init__(self, function: Callable[P, R], uses: Sequence[str], remember: bool = True) -> None:
+    def __init__(self, function: Callable[P, R], remember: bool = True) -> None:
         functools.update_wrapper(self, function)
         self.function = function
-        self.uses = tuple(uses)
         self.remember = remember
         self.name = function.__name__
 
@@ -53,8 +51,12 @@ class Node(Generic[P, R]):
         return _find, (self.function.__module__, self.function.__qualname__)
 
     def code(self) -> str:
-        """Digest of the source that the result depends on."""
-        return _code_digest(self.function.__module__, self.uses)
+        """Digest of the code and data files that the result depends on."""
+        module = self.function.__module__
+        source = inspect.getsourcefile(sys.modules[module])
+        if source is None:
+            raise TypeError(f"module {module} has no source file; nodes live in modules")
+        return code_digest(source, self.function.__qualname__.partition(".")[0])
 
     def key(self, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
         """What names a call: node, code and arguments."""
@@ -83,17 +85,16 @@ class Node(Generic[P, R]):
         return result
 
 
-def memo(*, uses: Sequence[str] = (), remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
+def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
     """Make a function a `Node`.
 
     Parameters
     ----------
-    uses : names of the `a2v` subpackages or modules (`"animation"`, `"rendering.video"`) whose code the result depends on
     remember : False for what also depends on the machine and costs little: it runs every time
     """
 
     def wrap(function: Callable[P, R]) -> Node[P, R]:
-        return Node(function, uses, remember)
+        return Node(function, remember)
 
     return wrap
 
@@ -155,31 +156,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, os.PathLike):
         raise TypeError(f"the path {os.fspath(value)} cannot be part of a key; pass File.of(path)")
     raise TypeError(f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them")
-
-
-@functools.cache
-def _code_digest(module: str, uses: tuple[str, ...]) -> str:
-    """Digest of a module's source and of subpackages of `a2v`; once a process, so that it names the code that was imported."""
-    digest = hashlib.blake2b(digest_size=20)
-    for file in _sources(module, uses):
-        digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
-def _sources(module: str, uses: Sequence[str]) -> Iterator[Path]:
-    own = inspect.getsourcefile(sys.modules[module])
-    if own is None:
-        raise TypeError(f"module {module} has no source file; nodes live in modules")
-    yield Path(own)
-    for name in uses:
-        spec = importlib.util.find_spec(name if name.startswith("a2v.") else f"a2v.{name}")
-        if spec is None or spec.origin is None:
-            raise TypeError(f"a2v has no subpackage '{name}', which a node of {module} names in uses=")
-        origin = Path(spec.origin)
-        if origin.name == "__init__.py":  # data files beside the code count as well
-            yield from sorted(path for path in origin.parent.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
-        else:
-            yield origin
 
 
 def size_of(result: Any) -> list[int]:

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from a2v.animation import BindSettings, DeformSettings, RetargetSettings
 from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.memo import memo
-from pipelines.nodes.values import Pose, Poses, Vertices
+from pipelines.nodes.values import Pose, Poses, Vertices, load_character
 from pipelines.store import Ref, current, get, put
 
 
-@memo(uses=("animation", "geometry", "body.parts"))
+@memo()
 def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
     """Bind the surface to the body's bones (Eq. 19)."""
     from a2v import animation
@@ -20,7 +20,7 @@ def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref
     return put(animation.bind(get(colored, Surface), get(body, Body), settings=bind))
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings) -> Ref[Poses]:
     """Carry the motion over to the body's bones; the feet neither slide nor sink."""
     from a2v import animation
@@ -35,7 +35,7 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
     return [put(Pose(bone_transforms=transforms)) for transforms in get(poses, Poses).bone_transforms]
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
     """Deform the character to one pose (Eq. 20)."""
     deformed = _deformer(str(current().folder), character, deform)
@@ -51,11 +51,3 @@ def _deformer(folder: str, ref: Ref[Character], settings: DeformSettings) -> Cal
     if settings.method == "skinning":
         return functools.partial(animation.deform, character)
     return animation.ArapDeformer(character, settings)
-
-
-@functools.lru_cache(maxsize=1)
-def load_character(folder: str, ref: Ref[Character]) -> Character:
-    """The character, kept for the frames that follow in the same process."""
-    from pipelines.store import Store
-
-    return Store(folder).get(ref, Character)

@@ -8,7 +8,7 @@ from pipelines.memo import measure, memo, progress
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("body", "kinematics"))
+@memo()
 def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[OrthographicCamera]]:
     """Fit the body model's shape and pose to landmarks and silhouette."""
     from a2v.body import fit_body
@@ -18,7 +18,7 @@ def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[
     return put(result.body), put(result.camera)
 
 
-@memo(uses=("body", "kinematics"))
+@memo()
 def body(
     subject: Ref[Subject], surface: Ref[Surface], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], fit: FitSettings
 ) -> Ref[Body]:

@@ -11,7 +11,7 @@ from pipelines.nodes.values import Blob, Poses
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     """One binary glTF: textured, skinned, animated."""
     from a2v.formats.gltf import write_glb
@@ -23,7 +23,7 @@ def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
         return put(Blob.of(path.read_bytes()))
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def still(character: Ref[Character]) -> Ref[Blob]:
     """One binary glTF in the photo's pose: textured and skinned."""
     from a2v.formats.gltf import write_glb
@@ -34,7 +34,7 @@ def still(character: Ref[Character]) -> Ref[Blob]:
         return put(Blob.of(path.read_bytes()))
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def bvh(poses: Ref[Poses], body: Ref[Body]) -> Ref[Blob]:
     """The motion of the body's own rig as BVH."""
     from a2v.animation import rig_motion

@@ -7,7 +7,7 @@ from pipelines.memo import memo
 from pipelines.store import File, Ref, put
 
 
-@memo(uses=("motion", "kinematics"))
+@memo()
 def motion(model: File, action: str, frames: int, seed: int, fps: float | None) -> Ref[Motion]:
     """Sample a motion model; a comma between actions makes a transition. `fps` resamples it to a smoother or coarser one."""
     from a2v.kinematics.resample import resample_motion
@@ -17,7 +17,7 @@ def motion(model: File, action: str, frames: int, seed: int, fps: float | None) 
     return put(made if fps is None else resample_motion(made, fps))
 
 
-@memo(uses=("animation", "formats", "geometry", "kinematics"))
+@memo()
 def recorded(motion_file: File, action: str, frames: int, fps: float | None) -> Ref[Motion]:
     """Read a motion file: at `fps` (by default the file's own, at most 30), the first `frames` of it."""
     from a2v.formats.motion import read_motion

@@ -8,7 +8,7 @@ from pipelines.memo import memo, progress
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("reconstruction", "geometry", "body.parts", "sessions"))
+@memo()
 def surface(
     subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: SurfaceSettings | ImplicitSettings
 ) -> Ref[Surface]:
@@ -19,7 +19,7 @@ def surface(
     return put(reconstruct_surface(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
 
 
-@memo(uses=("reconstruction", "geometry", "body.parts"))
+@memo()
 def colored(
     surface: Ref[Surface], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
 ) -> Ref[Surface]:

@@ -15,12 +15,11 @@ import numpy as np
 from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.types import VIEWS, Character, RenderSettings
 from pipelines.memo import memo, note
-from pipelines.nodes.animation import load_character
-from pipelines.nodes.values import Blob, Image, Poses, Vertices
+from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 from pipelines.store import Ref, current, get, put
 
 
-@memo(uses=("rendering", "geometry",), remember=False)
+@memo(remember=False)
 def look(render: RenderSettings) -> Ref[RenderSettings]:
     """What of the settings a single frame depends on, with the Mitsuba variant that works on this machine."""
     from a2v.rendering import choose_variant
@@ -33,7 +32,7 @@ def look(render: RenderSettings) -> Ref[RenderSettings]:
     return put(dataclasses.replace(render, variant=variant, views=VIEWS, threads=0, provenance={}))
 
 
-@memo(uses=("rendering", "geometry",))
+@memo()
 def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath, ...]) -> np.ndarray:
     """The cameras of every frame and view; they follow the character."""
     from a2v.rendering import follow_cameras
@@ -49,7 +48,7 @@ def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath,
     return found
 
 
-@memo(uses=("rendering", "geometry", "perception.photo"))
+@memo()
 def frame(
     character: Ref[Character],
     posed: Ref[Vertices],
@@ -76,13 +75,13 @@ def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings],
     return Renderer(surface, dataclasses.replace(settings, threads=threads), backdrop=picture)
 
 
-@memo(uses=("rendering.video",))
+@memo()
 def clip(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
     """One view as an MP4."""
     return put(_encode((get(ref, Image).pixels for ref in frame), get(poses, Poses).fps))
 
 
-@memo(uses=("rendering.video",))
+@memo()
 def video(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
     """All views side by side as an MP4."""
     return put(_encode((np.concatenate([get(ref, Image).pixels for ref in row], axis=1) for row in frame), get(poses, Poses).fps))

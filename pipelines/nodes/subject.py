@@ -10,7 +10,7 @@ from pipelines.nodes.values import Blob
 from pipelines.store import Ref, get, put
 
 
-@memo(uses=("perception",))
+@memo()
 def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
     """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose

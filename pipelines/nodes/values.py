@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import io
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.record import Record
-from a2v.types import ByteArray, FloatArray
+from a2v.types import ByteArray, Character, FloatArray
+from pipelines.store import Ref, Store
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,3 +115,9 @@ class Image(Record):
         if image.mode == "RGBA":
             image = PIL.Image.alpha_composite(PIL.Image.new("RGBA", image.size, (200, 203, 206, 255)), image)
         return np.asarray(image.convert("RGB"))
+
+
+@functools.lru_cache(maxsize=1)
+def load_character(folder: str, ref: Ref[Character]) -> Character:
+    """The character, kept for the frames that follow in the same process."""
+    return Store(folder).get(ref, Character)

@@ -1,0 +1,250 @@
+"""A node's key follows the code that the node reaches, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from pipelines.closure import PROJECT, Sources, imports_in, imports_of, parse
+from pipelines.graph import Step, video_graph
+
+ROOT = Path(__file__).resolve().parents[2]
+STEPS = {step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)}
+
+
+def project_files(root: Path) -> list[Path]:
+    """Everything that the packages hold but weights."""
+    found = [path for package in PROJECT for path in (root / package).rglob("*") if path.is_file()]
+    return sorted(path for path in found if "__pycache__" not in path.parts and "weights" not in path.parts)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory) -> Path:
+    """A copy of the project's packages without weights."""
+    root = tmp_path_factory.mktemp("tree")
+    for path in project_files(ROOT):
+        target = root / path.relative_to(ROOT)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, target)
+    return root
+
+
+def own_file(step: Step, root: Path) -> Path:
+    return root.joinpath(*step.node.function.__module__.split(".")).with_suffix(".py")
+
+
+def digest(root: Path, step: Step) -> str:
+    return Sources(root).digest(own_file(step, root), step.node.name)
+
+
+class Edited:
+    """Files that differ inside the block: those given have one more line, or byte."""
+
+    def __init__(self, *paths: Path) -> None:
+        self.before = {path: path.read_bytes() for path in paths}
+
+    def __enter__(self) -> None:
+        for path, data in self.before.items():
+            path.write_bytes(data + (b"\nEDITED = 1\n" if path.suffix == ".py" else b"\0"))
+
+    def __exit__(self, *_: object) -> None:
+        for path, data in self.before.items():
+            path.write_bytes(data)
+
+
+@pytest.mark.parametrize("name", sorted(STEPS))
+def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_not(tree, name):
+    step = STEPS[name]
+    own, before = own_file(step, tree), digest(tree, step)
+    assert before == step.node.code(), "of this installation"
+    closure = [tree / label for label in Sources(tree).closure(own, name)]
+    assert tree / "a2v" / "types.py" in closure
+    for path in closure:
+        if path != own:
+            with Edited(path):
+                assert digest(tree, step) != before, path
+    with Edited(*(path for path in project_files(tree) if path not in closure or path == own)):  # a new name in its own module is outside
+        assert digest(tree, step) == before
+    text = own.read_text()
+    line = next(node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name == name).body[0].lineno
+    lines = text.splitlines(keepends=True)
+    own.write_text("".join([*lines[: line - 1], "    # in the function itself\n", *lines[line - 1 :]]))
+    try:
+        assert digest(tree, step) != before
+    finally:
+        own.write_text(text)
+
+
+@pytest.mark.parametrize(
+    ("file", "changed", "kept"),
+    [
+        ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored", "camera", "clip"}),
+        ("a2v/studio/lighting.py", set(), set(STEPS)),
+        ("a2v/geometry/rays.py", {"surface", "colored", "photo_body", "body"}, {"motion", "frame", "posed"}),
+        ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "posed"}),
+        ("a2v/sessions.py", {"motion", "surface"}, {"subject", "frame"}),
+        ("a2v/perception/data/depth_correction.npz", {"subject"}, set(STEPS) - {"subject"}),
+        ("a2v/body/data/pose_prior_anny.npz", {"photo_body", "body"}, {"surface", "poses"}),
+        ("a2v/motion/training.py", set(), set(STEPS)),
+        ("a2v/__init__.py", {"glb", "still"}, {"surface", "motion"}),  # the writer names the version
+        ("a2v/animation/__init__.py", set(), set(STEPS)),  # it only passes names on
+        ("pipelines/cli.py", set(), set(STEPS)),
+    ],
+)
+def test_what_an_edit_of_a_file_makes_new(tree, file, changed, kept):
+    before = {name: digest(tree, step) for name, step in STEPS.items()}
+    with Edited(tree / file):
+        after = {name: digest(tree, step) for name, step in STEPS.items()}
+    assert changed <= {name for name in STEPS if after[name] != before[name]}
+    assert kept <= {name for name in STEPS if after[name] == before[name]}
+
+
+def test_the_quick_reading_of_imports_agrees_with_a_full_one():
+    for path in project_files(ROOT):
+        if path.suffix == ".py":
+            text, package = path.read_text(), ".".join(path.relative_to(ROOT).parent.parts)
+            full = {one for one in imports_of(ast.walk(parse(text)), package) if one.module.partition(".")[0] in PROJECT}
+            assert set(imports_in(text, package)) == full, path
+
+
+def test_every_data_file_is_known_to_some_module():
+    sources = Sources(ROOT)
+    known: set[str] = set()
+    for path in project_files(ROOT):
+        if path.suffix == ".py":
+            known |= set(sources._data_named(path.read_text(), path.relative_to(ROOT).as_posix()))
+    data = {path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"}
+    assert data - known == {"a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
+
+
+# --- the rules, on a small project
+
+
+SMALL = {
+    "a2v/__init__.py": "",
+    "a2v/room/__init__.py": """
+        from typing import TYPE_CHECKING
+        from a2v.room.chair import sit
+        from a2v.room.table import lay
+        if TYPE_CHECKING:
+            from a2v.room.types_only import Nothing
+    """,
+    "a2v/room/chair.py": "from .leg import LEGS\ndef sit(): return LEGS",
+    "a2v/room/leg.py": "LEGS = 4",
+    "a2v/room/table.py": 'def lay():\n    from a2v.room.cloth import CLOTH\n    return CLOTH, "data/plates.bin"',
+    "a2v/room/cloth.py": "from __future__ import annotations\nCLOTH = 1",
+    "a2v/room/lamp.py": "import a2v.room.bulb\nLIGHT = 1",
+    "a2v/room/bulb.py": '"""Prose in which a line begins so:\nfrom a2v one sees the bulb.\n"""\nfrom a2v.room.leg import (\n    LEGS,\n)',
+    "a2v/room/types_only.py": "class Nothing: pass",
+    "a2v/room/data/plates.bin": "plates",
+    "a2v/room/data/forks.bin": "forks",
+    "pipelines/__init__.py": "",
+    "pipelines/nodes.py": """
+        from __future__ import annotations
+        from typing import TYPE_CHECKING
+        import json
+        from a2v.room import lay, sit
+        from a2v.room.lamp import LIGHT as light
+        if TYPE_CHECKING:
+            from a2v.room.types_only import Nothing
+
+        CHAIRS = 3
+        EACH = CHAIRS * 2
+        OTHER = light
+
+        class Shape:
+            side = EACH
+
+        def helper(light):
+            return sit() + light
+
+        def seat(lay, n: Shape):
+            return helper(lay)
+
+        def dine() -> Nothing:
+            return lay()
+
+        def look():
+            from a2v import room
+            return room.sit() + room.leg.LEGS
+
+        def whole():
+            from a2v import room
+            return vars(room)
+
+        def dump():
+            return json.dumps(1)
+    """,
+}
+
+
+@pytest.fixture
+def small(tmp_path) -> Path:
+    for name, text in SMALL.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(textwrap.dedent(text))
+    return tmp_path
+
+
+ROOM = "a2v/room/"
+CHAIR = {"chair.py", "leg.py"}
+TABLE = {"table.py", "cloth.py", "data/plates.bin"}
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("seat", CHAIR),  # an argument of the same name hides `lay`
+        ("dine", TABLE),
+        ("look", CHAIR),  # of a package, what is used of it
+        ("whole", {"__init__.py"} | CHAIR | TABLE),  # a package used in another way: all of it
+        ("OTHER", {"lamp.py", "bulb.py", "../__init__.py", "__init__.py"} | CHAIR | TABLE),  # `import a2v.room.bulb` gives all of a2v
+        ("dump", set()),
+    ],
+)
+def test_what_is_followed(small, name, expected):
+    closure = set(Sources(small).closure(small / "pipelines/nodes.py", name))
+    assert closure - {"pipelines/nodes.py"} == {os.path.normpath(ROOM + file) for file in expected}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "changes"),
+    [
+        ("seat", "CHAIRS = 3", "CHAIRS = 4", True),  # through a class, which only an annotation names
+        ("dine", "CHAIRS = 3", "CHAIRS = 4", False),
+        ("seat", "return sit()", "return 2 * sit()", True),
+        ("dine", "return sit()", "return 2 * sit()", False),
+        ("dump", "import json", "import ujson as json", True),
+        ("dump", "CHAIRS = 3", "CHAIRS = 3\nlight.switch(on=True)", True),  # what runs at import counts for all
+        ("dump", "CHAIRS = 3", 'CHAIRS = 3\n"""Of one table."""', False),
+        ("seat", "import lay, sit", "import lay, lay as sit", True),
+    ],
+)
+def test_what_of_its_own_module_a_node_depends_on(small, name, old, new, changes):
+    file = small / "pipelines/nodes.py"
+    before = Sources(small).digest(file, name)
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    assert (Sources(small).digest(file, name) != before) == changes
+
+
+def test_what_a_package_runs_when_it_is_imported_counts_for_all_in_it(small):
+    file, init = small / "pipelines/nodes.py", small / "a2v/room/__init__.py"
+    before = {name: Sources(small).digest(file, name) for name in ("seat", "dump")}
+    init.write_text(init.read_text() + "\nimport os\nUNUSED = 1\n")
+    assert {name: Sources(small).digest(file, name) for name in before} == before
+    init.write_text(init.read_text() + "os.environ['THREADS'] = '1'\n")
+    after = {name: Sources(small).digest(file, name) for name in before}
+    assert after["seat"] != before["seat"]
+    assert after["dump"] == before["dump"]
+
+
+def test_an_unknown_name_is_an_error(small):
+    with pytest.raises(KeyError, match="nothing"):
+        Sources(small).digest(small / "pipelines/nodes.py", "nothing")

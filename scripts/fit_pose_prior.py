@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from a2v.body import load_body_model
-from a2v.body.model import AnnyModel
+from a2v.body.anny import AnnyModel
 from a2v.body.pose_space import PoseSpace, pose_space
 from a2v.datasets import load_cmu
 from a2v.io import sha256, write_npz

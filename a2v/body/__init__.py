@@ -3,11 +3,14 @@
 Everything heavy (torch, anny) is imported when first used.
 """
 
+from a2v.body.anny import AnnyModel
+from a2v.body.carry import carry_over
 from a2v.body.fit import FitResult, FitSettings, fit_body
 from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
-from a2v.body.model import MODELS, AnnyModel, BodyModel, BodyState, load_body_model, make_body
 from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
-from a2v.body.smpl import SmplModel, carry_over
+from a2v.body.registry import MODELS, load_body_model
+from a2v.body.skinning import BodyModel, BodyState, make_body
+from a2v.body.smpl import SmplModel
 
 __all__ = [
     "BLAZEPOSE",

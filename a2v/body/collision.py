@@ -11,7 +11,8 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
 if TYPE_CHECKING:
     import torch
 
-    from a2v.body.model import AnnyModel, BodyState
+    from a2v.body.anny import AnnyModel
+    from a2v.body.skinning import BodyState
 
 
 class LimbBalls:

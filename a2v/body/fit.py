@@ -5,21 +5,21 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from a2v.body.anny import AnnyModel
+from a2v.body.carry import carry_over
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.model import AnnyModel, BodyModel, load_body_model, make_body
 from a2v.body.objective import Evidence, Objective, Unknowns
 from a2v.body.pose_space import pose_space
+from a2v.body.registry import load_body_model
 from a2v.body.silhouette import mask_field, rasterize, silhouette_iou
+from a2v.body.skinning import BodyModel, make_body
 from a2v.body.surface_term import SurfaceSamples
 from a2v.errors import InputError
 from a2v.types import Body, OrthographicCamera, Progress, Subject, Surface
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,9 +180,7 @@ def fit_body(
 
 def _carried(result: FitResult, model: BodyModel) -> FitResult:
     """The result as a body of `model`, if that is another one than the fit's own."""
-    from a2v.body.smpl import SmplModel, carry_over
-
-    if not isinstance(model, SmplModel):
+    if model.name == result.body.model:
         return result
     body, distance = carry_over(model, result.body)
     return dataclasses.replace(result, body=body, residuals={**result.residuals, "carried_over": distance})

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import torch
+from a2v.types import BoolArray, FloatArray, IntArray
 
-    from a2v.body.model import AnnyModel
+if TYPE_CHECKING:
+    from torch import Tensor
 
 BLAZEPOSE: tuple[str, ...] = (
     "nose",
@@ -70,8 +71,21 @@ _BONES = {
 _FACE = {"left_eye_inner": (-0.018, -0.002), "left_eye_outer": (0.018, 0.0), "mouth_left": (0.024, -0.031)}
 
 
-def landmark_table(model: AnnyModel) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Landmarks as combinations of vertices and joints.
+def landmark_table(
+    rest: FloatArray, *, faces: IntArray, weights: FloatArray, bone_names: tuple[str, ...], anchors: Mapping[str, FloatArray]
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Landmarks of a body with Anny's bones, as combinations of vertices and joints.
+
+    Parameters
+    ----------
+    rest : (V, 3) float32
+        Vertices of the default shape at rest, metres.
+    faces : (F, 3) int
+    weights : (V, B) float32
+        Skinning weights.
+    bone_names : tuple of B str
+    anchors : mapping of str to (3,)
+        Where the eyes and the ears are: ``left_eye``, ``right_eye``, ``left_ear``, ``right_ear``; metres.
 
     Returns
     -------
@@ -82,19 +96,19 @@ def landmark_table(model: AnnyModel) -> tuple[torch.Tensor, torch.Tensor, torch.
     """
     import torch
 
-    default = torch.from_numpy(model.shape_default)
-    rest = model.rest(default)[0].numpy()
     dense = np.zeros((len(BLAZEPOSE), len(rest)))
-    bones = np.zeros((len(BLAZEPOSE), model.n_bones), dtype=np.float32)
-    skin = np.flatnonzero((model.weights[:, model.bone("head")] > 0.9) & _outer(model.faces, len(rest)))
+    bones = np.zeros((len(BLAZEPOSE), len(bone_names)), dtype=np.float32)
+    skin = np.flatnonzero((weights[:, bone_names.index("head")] > 0.9) & _on_largest_component(faces, len(rest)))
     nose = rest[skin[rest[skin, 2].argmax()]]
-    anchors = {name: _regressed(model, name, rest) for name in ("left_eye", "right_eye", "left_ear", "right_ear")}
     for row, name in enumerate(BLAZEPOSE):
         side, joint = name.split("_", 1) if name.startswith(("left", "right")) else ("", name)
         if joint in _BONES:
-            bones[row, model.bone(f"{_BONES[joint]}.{side[0].upper()}")] = 1.0
+            bones[row, bone_names.index(f"{_BONES[joint]}.{side[0].upper()}")] = 1.0
         elif joint in ("heel", "foot_index"):
-            dense[row, _foot(model, rest, side, joint)] = 1.0
+            letter = side[0].upper()
+            stem = "foot" if joint == "heel" else "toe1-2"
+            own = weights[:, bone_names.index(f"{stem}.{letter}")]
+            dense[row, _heel(rest, own) if joint == "heel" else _toe_tip(rest, own)] = 1.0
         elif name in anchors:
             dense[row, skin[np.argsort(((rest[skin] - anchors[name]) ** 2).sum(axis=1))[:6]]] = 1.0
         elif name == "nose":
@@ -113,36 +127,28 @@ def landmark_table(model: AnnyModel) -> tuple[torch.Tensor, torch.Tensor, torch.
     return torch.from_numpy(used), torch.from_numpy(dense[:, used].astype(np.float32)), torch.from_numpy(bones)
 
 
-def _regressed(model: AnnyModel, name: str, vertices: np.ndarray) -> np.ndarray:
-    """Position (3,) of a COCO keypoint by Anny's own regressor."""
-    data = model.data
-    index = [str(key) for key in data["keypoint_names"]].index(name)
-    part = slice(int(data["keypoint_starts"][index]), int(data["keypoint_starts"][index + 1]))
-    point: np.ndarray = data["keypoint_weights"][part] @ vertices[data["keypoint_vertices"][part]]
-    return point
-
-
-def _outer(faces: np.ndarray, count: int) -> np.ndarray:
-    """Which vertices belong to the skin, not to eyeballs and tongue: the largest connected component."""
+def _on_largest_component(faces: IntArray, count: int) -> BoolArray:
+    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest connected component."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
     labels = connected_components(graph, directed=False)[1]
-    outer: np.ndarray = labels == np.bincount(labels).argmax()
+    outer: BoolArray = labels == np.bincount(labels).argmax()
     return outer
 
 
-def _foot(model: AnnyModel, rest: np.ndarray, side: str, joint: str) -> np.ndarray:
-    """Vertices of the heel (rearmost of the foot) or of the big toe's tip."""
-    letter = side[0].upper()
-    foot = model.bone(f"foot.{letter}")
-    if joint == "heel":
-        own = np.flatnonzero(model.weights[:, foot] > 0.6)
-        score = rest[own, 2] + 0.5 * np.abs(rest[own, 1] - (rest[own, 1].min() + 0.02))
-        heel: np.ndarray = own[np.argsort(score)[:8]]
-        return heel
-    own = np.flatnonzero(model.weights[:, model.bone(f"toe1-2.{letter}")] > 0.5)
-    toe: np.ndarray = own[np.argsort(-rest[own, 2])[:8]]
-    return toe
+def _heel(rest: FloatArray, foot_weights: FloatArray) -> IntArray:
+    """Vertices of the heel: the rearmost of the foot, about 2 cm above the sole."""
+    own = np.flatnonzero(foot_weights > 0.6)
+    score = rest[own, 2] + 0.5 * np.abs(rest[own, 1] - (rest[own, 1].min() + 0.02))
+    heel: IntArray = own[np.argsort(score)[:8]]
+    return heel
+
+
+def _toe_tip(rest: FloatArray, toe_weights: FloatArray) -> IntArray:
+    """Vertices at the tip of the big toe."""
+    own = np.flatnonzero(toe_weights > 0.5)
+    tip: IntArray = own[np.argsort(-rest[own, 2])[:8]]
+    return tip

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from a2v.body.anny import AnnyModel
 from a2v.body.collision import LimbBalls
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.model import AnnyModel, BodyState
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import PoseSpace, pose_space
 from a2v.body.silhouette import MaskField, rasterize, rim_vertices
+from a2v.body.skinning import BodyState
 from a2v.kinematics import best_scale
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 

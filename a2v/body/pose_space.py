@@ -16,7 +16,7 @@ from a2v.types import FloatArray, IntArray
 if TYPE_CHECKING:
     import torch
 
-    from a2v.body.model import AnnyModel
+    from a2v.body.anny import AnnyModel
 
 # name: (bones, axis, low, high, natural, spread); radians. Axes: x, y, z of the world, or "arm" (along the upper arm),
 # "forearm", "hinge" (of the elbow, positive bends), "swing" (moves the arm forward), "leg" (along the thigh).

@@ -15,14 +15,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
-from a2v.body.model import BodyState, BoneTree, make_body
-from a2v.body.parts import PARTS, part_of_bone, parts_of_bones
+from a2v.body.landmarks import BLAZEPOSE
+from a2v.body.parts import PARTS, parts_of_bones
+from a2v.body.skinning import BodyModel, BodyState, BoneTree, blend_skin, keep_recent
 from a2v.errors import InputError
-from a2v.types import Body, FloatArray, IntArray
+from a2v.kinematics.so3 import rotvec_to_rotmat
+from a2v.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
     import torch
+    from torch import Tensor
 
 MAX_MODEL_BYTES = 2 << 30
 MAX_SHAPES = 10
@@ -46,23 +48,22 @@ JOINTS: dict[int, tuple[str, tuple[str, ...]]] = {
 }
 """Name of the model and of its joints, by their number."""
 
-# Joints of Anny whose place SMPL's regressors mean as well; the spine's differ.
+# Joints whose place SMPL's regressors and Anny mean alike; the spine's differ.
 _LIMBS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-_SHARED = (
-    ("pelvis", "hips"),
-    ("neck", "neck"),
-    ("head", "head"),
-    *((f"{side}_{joint}",) * 2 for side in ("left", "right") for joint in _LIMBS),
-)
-_HANDS = (PARTS.index("left_hand"), PARTS.index("right_hand"))
+_JOINT_BONES = {
+    **{"hips": "pelvis", "neck": "neck", "head": "head"},
+    **{f"{side}_{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in _LIMBS},
+}
 
 
-class SmplModel:
+class SmplModel(BodyModel):
     """A model of the SMPL family as a `BodyModel`.
 
     Joints carry SMPL's names. Rotation vectors are in world axes at rest (SMPL's own convention); shape parameters are its
     first ten betas. The rest pose is the T-pose, the pelvis a little below the origin.
     """
+
+    joint_bones = _JOINT_BONES
 
     def __init__(self, arrays: dict[str, np.ndarray]):
         import torch
@@ -86,7 +87,7 @@ class SmplModel:
             torch.from_numpy(np.einsum("jv,v...->j...", regressor, value.numpy()).astype(np.float32))
             for value in (self._template, self._shapes)
         )
-        self._kept: dict[tuple[bytes | None, torch.dtype], tuple[torch.Tensor, ...]] = {}
+        self._kept: dict[tuple[bytes | None, torch.dtype], tuple[Tensor, ...]] = {}
         self._weights = torch.from_numpy(self.weights)
         self._tree = BoneTree(self.bone_parents)
 
@@ -101,59 +102,38 @@ class SmplModel:
         """
         return cls(_read(Path(path)))
 
-    @property
-    def n_shape(self) -> int:
-        """Number of shape parameters S."""
-        return len(self.shape_names)
-
-    @property
-    def n_bones(self) -> int:
-        """Number of joints B."""
-        return len(self.bone_names)
-
     def forward(
-        self,
-        rotations: torch.Tensor,
-        shape: torch.Tensor,
-        translation: torch.Tensor | None = None,
-        *,
-        vertex_ids: torch.Tensor | None = None,
+        self, rotations: Tensor, shape: Tensor, translation: Tensor | None = None, *, vertex_ids: Tensor | None = None
     ) -> BodyState:
-        """Pose the body; as `AnnyModel.forward`, with rotation vectors (..., B, 3) alone."""
+        """Pose the body, as in `BodyModel.forward`."""
         import torch
 
-        from a2v.kinematics.so3 import rotvec_to_rotmat
-
         batch = np.broadcast_shapes(tuple(rotations.shape[:-2]), tuple(shape.shape[:-1]))
-        angles = rotations.expand(*batch, self.n_bones, 3).reshape(-1, self.n_bones, 3)
+        rotvecs = rotations.expand(*batch, self.n_bones, 3).reshape(-1, self.n_bones, 3)
         betas = shape.expand(*batch, self.n_shape).reshape(-1, self.n_shape)
         template, shapes, poses, weights, joints, joint_shapes = self._arrays(vertex_ids, betas.dtype)
         rest = template + torch.einsum("ns,vcs->nvc", betas, shapes)
         heads = joints + torch.einsum("ns,jcs->njc", betas, joint_shapes)
-        rotmats = rotvec_to_rotmat(angles)
+        rotmats = rotvec_to_rotmat(rotvecs)
         moves = None if translation is None else translation.expand(*batch, 3).reshape(-1, 3)
         transforms = self._tree.pose(rotmats, heads, moves)
         bent = ((rotmats[:, 1:] - torch.eye(3, dtype=betas.dtype)).flatten(1) @ poses).reshape(rest.shape)
-        linear = transforms[..., :3, :3]
-        offset = transforms[..., :3, 3] - (linear @ heads[..., None])[..., 0]
-        blended = (weights @ torch.cat([linear, offset[..., None]], dim=-1).flatten(2)).reshape(len(betas), -1, 3, 4)
-        posed = (blended[..., :3] @ (rest + bent)[..., None])[..., 0] + blended[..., 3]
+        posed = blend_skin(rest + bent, weights, transforms=transforms, rest_heads=heads)
         shaped = [value.reshape(*batch, *value.shape[1:]) for value in (posed, transforms, heads, rest)]
         return BodyState(vertices=shaped[0], transforms=shaped[1], rest_heads=shaped[2], rest_vertices=shaped[3])
 
-    def _arrays(self, vertex_ids: torch.Tensor | None, dtype: torch.dtype) -> tuple[torch.Tensor, ...]:
-        """Template, shapes, pose corrections and weights of some vertices, and the joints' own; the last answers are kept."""
-        key = (None if vertex_ids is None else vertex_ids.numpy().tobytes(), dtype)
-        if key not in self._kept:
-            while len(self._kept) >= 4:
-                self._kept.pop(next(iter(self._kept)))
+    def _arrays(self, vertex_ids: Tensor | None, dtype: torch.dtype) -> tuple[Tensor, ...]:
+        """Template, shapes, pose corrections and weights of some vertices, and the joints' own."""
+
+        def chosen() -> tuple[Tensor, ...]:
             ids = slice(None) if vertex_ids is None else vertex_ids
             poses = self._poses.reshape(len(self._poses), -1, 3)[:, ids].flatten(1)
             found = (self._template[ids], self._shapes[ids], poses, self._weights[ids], *self._joints)
-            self._kept[key] = tuple(value.to(dtype) for value in found)
-        return self._kept[key]
+            return tuple(value.to(dtype) for value in found)
 
-    def tails(self, vertices: torch.Tensor, joints: torch.Tensor) -> torch.Tensor:
+        return keep_recent(self._kept, (None if vertex_ids is None else vertex_ids.numpy().tobytes(), dtype), chosen)
+
+    def tails(self, vertices: Tensor, joints: Tensor) -> Tensor:
         """Other ends of the joints' bones (..., B, 3): the main child's joint, or the flesh's tip."""
         import torch
 
@@ -170,7 +150,7 @@ class SmplModel:
                 ends.append(vertices[..., torch.from_numpy(self._tips[bone]), :].mean(dim=-2))
         return torch.stack(ends, dim=-2)
 
-    def landmarks(self, state: BodyState) -> torch.Tensor:
+    def landmarks(self, state: BodyState) -> Tensor:
         """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, metres."""
         import torch
 
@@ -222,84 +202,6 @@ class SmplModel:
                     flat[rest[skull, 2] < np.median(rest[skull, 2])] = np.inf  # not the back of the head
                 table.append((None, skull[[int(flat.argmin())]]))
         return table
-
-
-def carry_over(model: SmplModel, source: Body, *, count: int = 1500, rounds: int = 6, steps: int = 20) -> tuple[Body, float]:
-    """The same person in the same pose as a body of `model`: shape and pose that bring its skin and joints onto those of `source`.
-
-    Joints first, then the surface as well (nearest points, renewed every round, as in Eq. 17), by L-BFGS.
-
-    Parameters
-    ----------
-    model : SmplModel
-    source : Body
-        A body of the default model, such as `fit_body`'s.
-    count : int
-        Vertices that are compared, drawn with a fixed seed.
-    rounds, steps : int
-        Rounds, and L-BFGS iterations in each.
-
-    Returns
-    -------
-    body : Body
-    distance : float
-        Mean distance of its vertices from the skin of `source`, metres.
-    """
-    import torch
-    from scipy.spatial import cKDTree
-
-    pairs = [(model.bone_names.index(ours), source.bone_names.index(JOINT_BONES[joint])) for ours, joint in _SHARED]
-    mine = torch.tensor([first for first, _ in pairs])
-    joints = torch.from_numpy(source.bone_transforms[[second for _, second in pairs], :3, 3].astype(np.float64))
-    skin = source.vertices.astype(np.float64)
-    tree = cKDTree(skin)
-    angles = torch.zeros(model.n_bones, 3, dtype=torch.float64)
-    turn = torch.from_numpy(source.bone_transforms[0, :3, :3].astype(np.float64))
-    angles[0] = _rotvec(turn)
-    angles.requires_grad_(True)
-    shape = torch.zeros(model.n_shape, dtype=torch.float64, requires_grad=True)
-    with torch.no_grad():
-        start = joints[0] - model.forward(angles, shape, vertex_ids=mine[:1]).joints[mine[0]]
-    translation = start.clone().requires_grad_(True)
-    free = torch.ones(model.n_bones, 1, dtype=torch.float64)
-    free[[index for index, name in enumerate(model.bone_names) if part_of_bone(name) in _HANDS and "wrist" not in name]] = (
-        0.0  # fingers stay at rest
-    )
-    matched: torch.Tensor | None = None
-    some = torch.from_numpy(np.random.default_rng(0).choice(len(model.weights), min(count, len(model.weights)), replace=False))
-
-    def loss() -> torch.Tensor:
-        state = model.forward(angles * free, shape, translation, vertex_ids=some)
-        total = ((state.joints[mine] - joints) ** 2).sum() / 0.01**2
-        if matched is not None:
-            square = ((state.vertices - matched) ** 2).sum(dim=-1)
-            total = 0.2 * total + 60 * (square / (square + 0.03**2)).mean() * (0.03 / 0.01) ** 2
-        bends = (angles[1:] ** 2).sum(dim=-1)
-        return total + 0.2 * bends.sum() + 0.1 * (shape**2).sum()
-
-    for round_ in range(rounds):
-        if round_:
-            with torch.no_grad():
-                now = model.forward(angles * free, shape, translation, vertex_ids=some).vertices.numpy()
-            matched = torch.from_numpy(skin[tree.query(now, workers=1)[1]])
-        solver = torch.optim.LBFGS([angles, shape, translation], max_iter=steps, line_search_fn="strong_wolfe")
-
-        def closure(solver: torch.optim.LBFGS = solver) -> torch.Tensor:
-            solver.zero_grad()
-            value = loss()
-            value.backward()  # type: ignore[no-untyped-call]
-            return value
-
-        solver.step(closure)  # type: ignore[no-untyped-call]
-    values = [(tensor.detach().numpy()).astype(np.float32) for tensor in (angles * free, shape, translation)]
-    body = make_body(model, *values, provenance={"carried over from": source.model, **source.provenance})
-    return body, float(np.mean(tree.query(body.vertices, workers=1)[0]))
-
-
-def _rotvec(rotmat: torch.Tensor) -> torch.Tensor:
-    from a2v.kinematics.so3 import rotmat_to_rotvec
-
-    return rotmat_to_rotvec(rotmat)
 
 
 def _parents(table: np.ndarray) -> IntArray:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.body.anny import AnnyModel
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.model import AnnyModel
 from a2v.body.objective import Evidence, Unknowns
 from a2v.body.pose_space import pose_space
 from a2v.types import FloatArray, OrthographicCamera

@@ -14,7 +14,7 @@ from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
 if TYPE_CHECKING:
     import torch
 
-    from a2v.body.model import AnnyModel
+    from a2v.body.anny import AnnyModel
     from a2v.body.objective import Evidence
 
 # Landmarks inside of the flesh: their depth is the middle of the limb that the ray passes.

@@ -1,0 +1,48 @@
+"""The body models by name.
+
+The place to add one: write a class that keeps `BodyModel` in a file of its own, teach `a2v.body.parts` the names of its bones, and name
+it in `MODELS`. The fit runs on Anny and is carried over to it through its `joint_bones` (`a2v.body.carry`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Literal, overload
+
+from a2v.body.anny import AnnyModel
+from a2v.body.anny_data import load_anny_data
+from a2v.body.skinning import BodyModel
+from a2v.body.smpl import SmplModel
+from a2v.errors import InputError
+
+
+@lru_cache(maxsize=1)
+def _anny() -> AnnyModel:
+    return AnnyModel(load_anny_data())
+
+
+MODELS: Mapping[str, Callable[[], BodyModel]] = {"anny": _anny}
+"""Names that `load_body_model` knows, and what makes the model."""
+
+
+@overload
+def load_body_model(name: Literal["anny"] = "anny") -> AnnyModel: ...
+@overload
+def load_body_model(name: str) -> BodyModel: ...
+def load_body_model(name: str = "anny") -> BodyModel:
+    """Load a body model: "anny", or the user's own file of an SMPL, SMPL-H or SMPL-X model (``.npz``; see `a2v.body.smpl`).
+
+    Later calls return the same Anny. The first call ever takes half a minute (see `a2v.body.anny_data`), later ones a second, most
+    of it torch's.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a file that is no such model.
+    """
+    if name in MODELS:
+        return MODELS[name]()
+    if not name.lower().endswith((".npz", ".pkl")):
+        raise InputError(f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file")
+    return SmplModel.load(name)

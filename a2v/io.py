@@ -53,6 +53,14 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def user_cache_folder() -> Path | None:
+    """The folder ``a2v`` in the user's cache folder (``$XDG_CACHE_HOME``, else ``~/.cache``); None for a user without a home."""
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "a2v"
+    except RuntimeError:
+        return None
+
+
 def _umask() -> int:
     """The process's umask (it can only be read by setting it)."""
     mask = os.umask(0o022)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib.metadata
 import json
 import os
 import platform
@@ -31,7 +32,6 @@ from typing import Any
 
 import numpy as np
 import onnx
-import onnxruntime
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
@@ -43,6 +43,7 @@ from a2v.motion.losses import gaussian_kl
 from a2v.motion.networks import DECODERS, GaussianGRU, MotionVAE, VAESettings
 from a2v.motion.sampler import BUNDLED
 from a2v.motion.training import TrainSettings, start, train_step
+from a2v.processes import python_command
 from a2v.sessions import WEIGHTS
 from export.motion import export_motion
 from export.sample import CLIPS_AT_ONCE, Model
@@ -268,6 +269,8 @@ def matrix_products(path: Path, threads: int) -> Counter[tuple[int, int, int]]:
 
     Taken from onnxruntime's own record of a run, after all it folded and fused.
     """
+    import onnxruntime
+
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads, options.enable_profiling = threads, True
     found: Counter[tuple[int, int, int]] = Counter()
@@ -294,6 +297,8 @@ def products_session(products: Counter[tuple[int, int, int]], clips: int, thread
 
     Results are written to the same place each time, and nothing is optimised away: the products are all that is timed.
     """
+    import onnxruntime
+
     generator = np.random.default_rng(0)
     settings = onnxruntime.SessionOptions()
     settings.intra_op_num_threads = threads
@@ -370,7 +375,7 @@ def first_sample(options: argparse.Namespace) -> dict[str, Any]:
         for _ in range(max(3, options.repeats)):
             code = FIRST.format(folder=str(ROOT / "export"), model=str(WEIGHTS / file), threads=options.threads)
             began = time.perf_counter()
-            shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tempfile.gettempdir())
+            shown = subprocess.run(python_command(code), capture_output=True, text=True, check=True, cwd=tempfile.gettempdir())
             whole.append(time.perf_counter() - began)
             seconds, there = shown.stdout.split()
             inside.append(float(seconds))
@@ -471,7 +476,7 @@ def main() -> int:
     results: dict[str, Any] = {
         "machine": {
             "processor": processor(), "cores": os.cpu_count(), "load": os.getloadavg()[0], "torch": str(torch.__version__),
-            "onnxruntime": onnxruntime.__version__,
+            "onnxruntime": importlib.metadata.version("onnxruntime"),
         }
     }  # fmt: skip
     for name, measure in (("first_sample", first_sample), ("sampling", sampling), ("training", training)):

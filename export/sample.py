@@ -34,6 +34,7 @@ class Model:
     """
 
     def __init__(self, path: str | os.PathLike[str], threads: int = 1) -> None:
+        os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")  # without it, onnxruntime looks up a host and leaves an identity on the disk
         import onnxruntime
 
         options = onnxruntime.SessionOptions()

@@ -18,10 +18,13 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from a2v.errors import A2VError, InputError
+from a2v.io import user_cache_folder
+from a2v.processes import import_folders, safe_children
 
 COMMANDS = {
     "video": "a photo and an action to a video, a rigged character and its motion",
@@ -48,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault("PYTHONWARNINGS", "ignore")  # in worker processes too
     before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
     try:
-        return _run(arguments)
+        return _run(arguments) if argv is not None else _run_as_program(arguments)
     except A2VError as error:
         return _fail(str(error), 2)
     except KeyboardInterrupt:
@@ -64,6 +67,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
+
+
+def _run_as_program(arguments: list[str]) -> int:
+    """Run in a process of our own: nothing in the working folder is executed, here or in children, and caches stay with ours."""
+    sys.path[:] = import_folders()
+    if Path(".numba_config.yaml").exists():  # it may name the folder of a cache, and Numba unpickles what is there
+        raise InputError(
+            "the working folder holds a .numba_config.yaml, by which Numba could run code from there; remove it or start in another folder"
+        )
+    if folder := user_cache_folder():
+        os.environ.setdefault("MPLCONFIGDIR", str(folder / "matplotlib"))
+    with safe_children():
+        return _run(arguments)
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

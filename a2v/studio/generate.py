@@ -23,6 +23,7 @@ from a2v.geometry.rays import Hits, RayScene, SideView, facing, pixel_rays, scat
 from a2v.geometry.visibility import vertex_normals
 from a2v.io import atomic_path, read_npz, write_npz
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.processes import start_fork_server
 from a2v.studio.avatars import AVATAR_PARTS, Avatar, list_avatars, load_avatar
 from a2v.studio.guide import Guide, GuideErrors, disturb, fit_guide, girth_errors, guide_key, stack_guides, unstack_guides
 from a2v.studio.lighting import Light, Shadows, background, cast_shadows, develop, highlights, irradiance
@@ -682,6 +683,7 @@ def _results(
     from concurrent.futures import ProcessPoolExecutor
 
     # blocks of one avatar stay together; forkserver, since open3d holds threads
+    start_fork_server()
     context = multiprocessing.get_context("forkserver")
     chunk = settings.same_avatar
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_start, initargs=(str(folder), str(data), settings)) as pool:

@@ -17,8 +17,9 @@ import numpy as np
 
 from a2v.body import fit_body, load_body_model
 from a2v.perception import find_person
-from a2v.studio.avatars import a_pose, list_avatars, load_avatar
-from a2v.studio.portrait import PhotoSettings, photograph
+from a2v.studio.avatar_files import list_avatars, load_avatar
+from a2v.studio.avatars import a_pose
+from a2v.studio.portrait import PortraitSettings, take_portrait
 from a2v.types import OrthographicCamera
 
 JOINTS = {
@@ -43,7 +44,7 @@ def main() -> None:
         pose = a_pose(arms=random.uniform(20, 75), feet=random.uniform(2, 10), elbows=random.uniform(5, 45))
         surface, transforms = avatar.surface(pose), avatar.bone_transforms(pose)
         shift = surface.vertices[0] - avatar.skin(transforms)[0]
-        photo = photograph(surface, PhotoSettings(size=options.size, spp=16))
+        photo = take_portrait(surface, PortraitSettings(size=options.size, spp=16))
         subject = find_person(photo.image)
         # the camera is a perspective one; the orthographic camera that agrees with it in the plane of the person
         points = surface.vertices[::97].astype(np.float64)

@@ -20,7 +20,7 @@ from a2v.evaluation.reconstruction import open_studio
 from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
 from a2v.perception.detector import Detector
 from a2v.perception.landmarks import LANDMARKS
-from a2v.studio.generate import Studio
+from a2v.studio.studio import Studio
 from a2v.studio.view import View, list_views
 
 OTHER_SIDE = np.array([LANDMARKS.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in LANDMARKS])

@@ -19,15 +19,16 @@ from PIL import Image
 from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.rendering import contact_sheet
-from a2v.studio.avatars import a_pose, load_avatar
-from a2v.studio.portrait import Photo, PhotoSettings, photograph
+from a2v.studio.avatar_files import load_avatar
+from a2v.studio.avatars import a_pose
+from a2v.studio.portrait import Portrait, PortraitSettings, take_portrait
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300_000
 
 
-def take(avatar: Path, settings: PhotoSettings) -> Photo:
-    return photograph(load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), settings)
+def take(avatar: Path, settings: PortraitSettings) -> Portrait:
+    return take_portrait(load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), settings)
 
 
 def write_jpeg(path: Path, image: np.ndarray) -> int:
@@ -53,11 +54,11 @@ def main(arguments: list[str] | None = None) -> int:
         if not folder.is_dir():
             raise InputError(f"{folder} does not exist; set A2V_DATA to the folder of data whose 'avatars' holds the .glb files")
         if given.sheet:
-            settings = PhotoSettings(size=384, spp=min(given.spp, 32))
+            settings = PortraitSettings(size=384, spp=min(given.spp, 32))
             pictures = [take(folder / f"{name}.glb", settings).image for name in given.sheet]
             write_jpeg(given.out, contact_sheet(pictures, labels=given.sheet))
         else:
-            photo = take(folder / f"{given.avatar}.glb", PhotoSettings(size=given.size, spp=given.spp))
+            photo = take(folder / f"{given.avatar}.glb", PortraitSettings(size=given.size, spp=given.spp))
             quality = write_jpeg(given.out, photo.image)
             print(f"quality {quality}, {given.out.stat().st_size} bytes, the person covers {photo.mask.mean():.1%}")
     except InputError as error:

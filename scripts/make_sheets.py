@@ -41,12 +41,15 @@ def sources(data: Path) -> dict[str, Path]:
 
 def photographed(avatar: Path, folder: Path) -> Path:
     """A photo of an avatar, made here."""
-    from a2v.studio.avatars import a_pose, load_avatar
-    from a2v.studio.portrait import PhotoSettings, photograph
+    from a2v.studio.avatar_files import load_avatar
+    from a2v.studio.avatars import a_pose
+    from a2v.studio.portrait import PortraitSettings, take_portrait
 
     path = folder / f"{avatar.stem}_photo.png"
     if not path.exists():
-        picture = photograph(load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), PhotoSettings(size=768, spp=64)).image
+        picture = take_portrait(
+            load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), PortraitSettings(size=768, spp=64)
+        ).image
         with atomic_path(path) as temporary:
             Image.fromarray(picture).save(temporary)
     return path

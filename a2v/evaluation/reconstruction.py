@@ -30,7 +30,7 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCa
 from a2v.version import __version__
 
 if TYPE_CHECKING:
-    from a2v.studio.generate import Studio
+    from a2v.studio.studio import Studio
 
 SPLIT = "validation"
 
@@ -131,8 +131,9 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) ->
     data : path
         Folder with ``avatars/`` and the motion data.
     """
-    from a2v.studio.generate import Studio, StudioSettings
     from a2v.studio.guide import GuideErrors
+    from a2v.studio.settings import StudioSettings
+    from a2v.studio.studio import Studio
 
     exact = {item.name: 0.0 for item in dataclasses.fields(GuideErrors)}
     return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))
@@ -242,7 +243,7 @@ def surface_maps(surface: Surface, normals: FloatArray, camera: OrthographicCame
     """
     from a2v.geometry.colors import linear_to_srgb
     from a2v.geometry.rays import RayScene
-    from a2v.studio.generate import texture_at
+    from a2v.studio.texture import texture_at
 
     step = max(photo) / size
     rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in photo)
@@ -515,7 +516,7 @@ class Measured:
 
     def __init__(self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings) -> None:
         """See the class."""
-        from a2v.studio.generate import VERSION
+        from a2v.studio.settings import VERSION
 
         self.folder = Path(folder)
         protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name != "views"}
@@ -685,7 +686,7 @@ def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
 
 def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:
     """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
-    from a2v.studio.generate import VERSION
+    from a2v.studio.settings import VERSION
 
     return {
         "protocol": dataclasses.asdict(settings) | {"split": SPLIT},

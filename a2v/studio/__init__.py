@@ -1,21 +1,25 @@
-"""Synthetic people and photographs of them: the rigged avatars, and two studios.
+"""Synthetic people and photographs of them: what the reconstruction learns from, and is measured with.
 
-`load_avatar(path).surface(a_pose())` is a posed, textured person in a2v's axes; `photograph(surface)` a picture with its mask, path traced
-in seconds. The fast studio (`generate`, `view`; ``a2v studio``) makes the views that the networks are trained on, by ray casting.
+The people: `avatars` (rigged and textured; `avatar_files` reads them), `posing` (poses), `variation` (builds, clothes, splits) and `solid`
+(inside and outside of their open meshes). `guide` is the body that a fit would have found in a photo, with a fit's errors.
+
+Two ways to photograph them. `portrait` path traces a posed person in seconds: ``take_portrait(load_avatar(path).surface(a_pose()))``. The fast
+studio (``a2v studio``) casts rays, about one view a second: `settings` say what is drawn, `scene` draws a person with pose, camera and guide,
+`lighting` has lights, backgrounds and the sensor, `photograph` uses them, `texture` and `samples` ask the scene for the truth, `studio` makes a
+`View` (`view`) of all that, and `dataset` fills a folder with views.
 """
 
-from a2v.studio.avatars import AVATAR_PARTS, Avatar, a_pose, list_avatars, load_avatar, part_of_bone
-from a2v.studio.portrait import Photo, PhotoSettings, photo_camera, photograph
+from a2v.studio.avatar_files import list_avatars, load_avatar
+from a2v.studio.avatars import Avatar, a_pose
+from a2v.studio.portrait import Portrait, PortraitSettings, portrait_camera, take_portrait
 
 __all__ = [
-    "AVATAR_PARTS",
     "Avatar",
-    "Photo",
-    "PhotoSettings",
+    "Portrait",
+    "PortraitSettings",
     "a_pose",
     "list_avatars",
     "load_avatar",
-    "part_of_bone",
-    "photo_camera",
-    "photograph",
+    "portrait_camera",
+    "take_portrait",
 ]

@@ -1,4 +1,7 @@
-"""A photo studio for 3D people: pictures that pass for photographs, with the truth beside them."""
+"""Portraits: pictures of 3D people that pass for photographs, with the truth beside them, path traced in seconds.
+
+`a2v.studio.photograph` has the fast ones, which networks are trained on.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhotoSettings(Record):
+class PortraitSettings(Record):
     """How a photograph is taken. Angles in degrees, lengths in metres, colours sRGB in [0, 1].
 
     Attributes
@@ -88,7 +91,7 @@ class PhotoSettings(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Photo(Record):
+class Portrait(Record):
     """A picture and what it shows.
 
     Attributes
@@ -106,8 +109,8 @@ class Photo(Record):
     camera: ViewCamera
 
 
-def photo_camera(vertices: FloatArray, settings: PhotoSettings) -> ViewCamera:
-    """The camera of `photograph`: aimed so that the whole of `vertices` (V, 3) stands centred in the picture."""
+def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
+    """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centred in the picture."""
     points = np.asarray(vertices, np.float64)
     turn = np.radians(settings.yaw)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -126,18 +129,18 @@ def photo_camera(vertices: FloatArray, settings: PhotoSettings) -> ViewCamera:
     return ViewCamera(origin=_triple(origin), target=_triple(target), fov=fov)
 
 
-def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> Photo:
+def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSettings()) -> Portrait:
     """Take a photograph of a person who stands on y = 0.
 
     Parameters
     ----------
     surface : Surface
         The person, posed (`Avatar.surface`), metres, facing +z.
-    settings : PhotoSettings
+    settings : PortraitSettings
 
     Returns
     -------
-    Photo
+    Portrait
         The same settings give the same picture (up to the renderer's rounding, well under one level).
     """
     scene = SceneSettings(
@@ -156,10 +159,10 @@ def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> P
     render = RenderSettings(size=settings.size, spp=settings.spp, variant=settings.variant, threads=settings.threads, seed=settings.seed)
     mi = activate(settings.variant, settings.threads)
     renderer = Renderer(surface, render, scene, bsdf=material, extra=_room(mi, settings))
-    camera = photo_camera(surface.vertices, settings)
+    camera = portrait_camera(surface.vertices, settings)
     linear = renderer.linear(surface.vertices, camera)
     image = _develop(linear, settings)
-    return Photo(
+    return Portrait(
         image=image,
         mask=renderer.mask(surface.vertices, camera, samples=64),
         camera=camera,
@@ -167,7 +170,7 @@ def photograph(surface: Surface, settings: PhotoSettings = PhotoSettings()) -> P
     )
 
 
-def _room(mi: Any, settings: PhotoSettings) -> dict[str, Any]:
+def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
     """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot light."""
     turn = np.radians(settings.yaw)
     # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the wall
@@ -195,7 +198,7 @@ def _room(mi: Any, settings: PhotoSettings) -> dict[str, Any]:
     return {"ground": mesh, "horizon": None, "spot": None}
 
 
-def _room_texture(settings: PhotoSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
+def _room_texture(settings: PortraitSettings, length: FloatArray, pixels: int = 1024) -> ByteArray:
     """sRGB (pixels, pixels, 3) along the room's profile: the floor's and the wall's colours with soft, uneven patches and grain."""
     from scipy.ndimage import gaussian_filter
 
@@ -215,7 +218,7 @@ def _room_texture(settings: PhotoSettings, length: FloatArray, pixels: int = 102
     return to_bytes(linear_to_srgb(image))
 
 
-def _develop(linear: FloatArray, settings: PhotoSettings) -> ByteArray:
+def _develop(linear: FloatArray, settings: PortraitSettings) -> ByteArray:
     """What a camera does to light: a little bloom of the lens, vignette, noise of the sensor, a gentle tone curve."""
     from scipy.ndimage import gaussian_filter
 

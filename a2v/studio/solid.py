@@ -125,6 +125,7 @@ class Solid:
         self,
         vertices: FloatArray,
         faces: IntArray,
+        *,
         wall: BoolArray | None = None,
         outer: BoolArray | None = None,
         layered: BoolArray | None = None,
@@ -213,7 +214,7 @@ class PhotoFrame:
     distance: float
 
     @classmethod
-    def looking(cls, middle: FloatArray, distance: float, height: float) -> PhotoFrame:
+    def looking(cls, middle: FloatArray, *, distance: float, height: float) -> PhotoFrame:
         """A camera on +z of the person's middle, `distance` metres away (measured over the floor) and `height` metres over the floor."""
         camera = np.array([middle[0], height, middle[2] + distance])
         back = camera - middle

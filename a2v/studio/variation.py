@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from a2v.studio.avatars import AVATAR_PARTS, Avatar, part_of_bone
+from a2v.body.parts import PARTS
+from a2v.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray, FloatArray, IntArray
 
 VALIDATION_IDENTITIES: tuple[str, ...] = ("Asian_F_2", "Black_F_3", "Hispanic_M_3", "MENA_F_1", "NHPI_M_1", "White_M_3")
@@ -62,7 +63,7 @@ class Build:
 
 def segment_of(bone: str) -> str:
     """The segment of a `Build` that a bone of the avatars' rig belongs to."""
-    return part_of_bone(bone).removeprefix("left_").removeprefix("right_")
+    return avatar_part(bone).removeprefix("left_").removeprefix("right_")
 
 
 def stretch(build: Build, avatar: Avatar) -> tuple[FloatArray, FloatArray]:
@@ -142,7 +143,7 @@ class Wardrobe:
 
 
 _CLUSTERS = 4
-_REGION_OF_PART = np.array([{"thigh": 1, "shin": 1, "foot": 2}.get(name.split("_")[-1], 0) for name in AVATAR_PARTS])
+_REGION_OF_PART = np.array([{"thigh": 1, "shin": 1, "foot": 2}.get(name.split("_")[-1], 0) for name in PARTS])
 
 
 def find_clothes(avatar: Avatar) -> Wardrobe:
@@ -151,9 +152,9 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
 
     part = part_map(avatar)
     lab = cv2.cvtColor(avatar.texture.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
-    hands = np.isin(part, [AVATAR_PARTS.index("left_hand"), AVATAR_PARTS.index("right_hand")])
-    skin = np.stack([np.median(lab[hands], axis=0), np.median(lab[part == AVATAR_PARTS.index("head")], axis=0)])
-    worn = (part >= 0) & (part != AVATAR_PARTS.index("head")) & ~hands
+    hands = np.isin(part, [PARTS.index("left_hand"), PARTS.index("right_hand")])
+    skin = np.stack([np.median(lab[hands], axis=0), np.median(lab[part == PARTS.index("head")], axis=0)])
+    worn = (part >= 0) & (part != PARTS.index("head")) & ~hands
     rows, columns = np.nonzero(worn)
     own = lab[rows, columns]
     apart = (own[:, None] - skin[None]) * np.array([0.35, 1.0, 1.0], np.float32)

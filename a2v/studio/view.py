@@ -31,6 +31,15 @@ _MAPS = {
 }  # side in pixels and type of each map
 
 
+def _decode_once(name: str) -> cached_property[np.ndarray]:
+    """The property of a `View` that is its map of that name."""
+
+    def decode(view: View) -> np.ndarray:
+        return view.map(name)
+
+    return cached_property(decode)
+
+
 @dataclass(frozen=True, kw_only=True)
 class View(Record):
     """A synthetic photo with its truth, in the photo's frame: an orthographic view along -z, metres, y up, z = 0 at the guide's mean.
@@ -148,55 +157,16 @@ class View(Record):
             raise InputError(f"View: picture '{name}' is damaged; make the view again")
         return np.asarray(found)
 
-    @cached_property
-    def mask(self) -> ByteArray:
-        """(1024, 1024) uint8, 255 inside."""
-        return self.map("mask")
-
-    @cached_property
-    def normals_front(self) -> IntArray:
-        """(512, 512, 3) int8."""
-        return self.map("normals_front")
-
-    @cached_property
-    def normals_back(self) -> IntArray:
-        """(512, 512, 3) int8."""
-        return self.map("normals_back")
-
-    @cached_property
-    def depth_front(self) -> FloatArray:
-        """(512, 512) float16, metres."""
-        return self.map("depth_front")
-
-    @cached_property
-    def depth_back(self) -> FloatArray:
-        """(512, 512) float16, metres."""
-        return self.map("depth_back")
-
-    @cached_property
-    def parts_front(self) -> IntArray:
-        """(512, 512) int8."""
-        return self.map("parts_front")
-
-    @cached_property
-    def guide_normals_front(self) -> IntArray:
-        """(256, 256, 3) int8."""
-        return self.map("guide_normals_front")
-
-    @cached_property
-    def guide_normals_back(self) -> IntArray:
-        """(256, 256, 3) int8."""
-        return self.map("guide_normals_back")
-
-    @cached_property
-    def guide_depth_front(self) -> FloatArray:
-        """(256, 256) float16, metres."""
-        return self.map("guide_depth_front")
-
-    @cached_property
-    def guide_depth_back(self) -> FloatArray:
-        """(256, 256) float16, metres."""
-        return self.map("guide_depth_back")
+    mask = _decode_once("mask")
+    normals_front = _decode_once("normals_front")
+    normals_back = _decode_once("normals_back")
+    depth_front = _decode_once("depth_front")
+    depth_back = _decode_once("depth_back")
+    parts_front = _decode_once("parts_front")
+    guide_normals_front = _decode_once("guide_normals_front")
+    guide_normals_back = _decode_once("guide_normals_back")
+    guide_depth_front = _decode_once("guide_depth_front")
+    guide_depth_back = _decode_once("guide_depth_back")
 
 
 def encode_pictures(image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -16,7 +16,7 @@ Needs DIR/avatars (rigged .glb people) and DIR/cmu_mocap.zip or DIR/humanact12.z
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
-    from a2v.studio.generate import StudioSettings
+    from a2v.studio.settings import StudioSettings
 
     parser.add_argument("--data", type=str, required=True, help="folder with avatars/ and the motion data")
     parser.add_argument("--out", type=str, required=True, help="folder of the data set")
@@ -28,7 +28,8 @@ def add_arguments(parser: Any) -> None:
 
 def run(settings: Any) -> int:
     """Fill the folder; validation views first."""
-    from a2v.studio.generate import StudioSettings, write_views
+    from a2v.studio.dataset import write_views
+    from a2v.studio.settings import StudioSettings
     from pipelines.bar import bar
 
     chosen = StudioSettings(**{name: settings[name] for name in StudioSettings.__dataclass_fields__})

@@ -33,8 +33,9 @@ from a2v.evaluation.reconstruction import (
     to_true_frame,
 )
 from a2v.reconstruction.backends import COLORINGS, Shape
-from a2v.studio.avatars import a_pose, list_avatars, load_avatar
-from a2v.studio.generate import StudioSettings
+from a2v.studio.avatar_files import list_avatars, load_avatar
+from a2v.studio.avatars import a_pose
+from a2v.studio.settings import StudioSettings
 from a2v.types import OrthographicCamera, Subject, Surface
 from pipelines.cli import main
 

@@ -1,0 +1,173 @@
+"""The fast photograph: a scene lit, shaded by ray casting and developed, some a second on one core.
+
+`a2v.studio.portrait` has the slow one, which is path traced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.rays import Hits, RayScene, SideView, facing, pixel_rays, scattered
+from a2v.studio.lighting import Light, Shadows, background, cast_shadows, develop, highlights, irradiance
+from a2v.studio.scene import Scene
+from a2v.studio.texture import sample_bilinear, texture_at
+from a2v.studio.view import MAP_SIZE, PHOTO_SIZE
+from a2v.types import ByteArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Lit:
+    """The light of a scene.
+
+    Attributes
+    ----------
+    light : Light
+    shadows : (512, 512, 1 + lamps) float32
+        Shares of the environment's and of each lamp's light that reach what each pixel of the maps sees, smoothed.
+    gain : (3,) float
+        Linear RGB: the irradiance over pi, mean over the person, after exposure and white balance.
+    """
+
+    light: Light
+    shadows: FloatArray
+    gain: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """A photo, its mask and the quality of its JPEG.
+
+    Attributes
+    ----------
+    image : (1024, 1024, 3) uint8
+        sRGB.
+    mask : (1024, 1024) uint8
+        255 inside, soft at the rim.
+    quality : int
+        With which to save `image` as JPEG, per cent.
+    """
+
+    image: ByteArray
+    mask: ByteArray
+    quality: int
+
+
+def light_scene(rays: RayScene, scene: Scene, fore: SideView, generator: np.random.Generator) -> Lit:
+    """Draw a light, and expose for it.
+
+    Parameters
+    ----------
+    rays : RayScene
+        Of the person.
+    scene : Scene
+    fore : SideView
+        The person from the front, 512 pixels a side.
+    generator : numpy Generator
+    """
+    import cv2
+
+    light = Light.draw(generator)
+    hit = fore.hits.hit
+    grid = (np.arange(MAP_SIZE) + 0.5) * PHOTO_SIZE / MAP_SIZE
+    pixels = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)[hit]
+    points = np.asarray(scene.camera.unproject(pixels, fore.depth.ravel()[hit]), np.float32)
+    normals = fore.normals.reshape(-1, 3)[hit]
+    found = cast_shadows(rays, points, normals, light, generator)
+    shares = np.zeros((MAP_SIZE * MAP_SIZE, 1 + len(light.lamps)), np.float32)
+    shares[hit, 0] = found.ambient
+    shares[hit, 1:] = found.lamps.T
+    weight = hit.astype(np.float32).reshape(MAP_SIZE, MAP_SIZE)
+    smooth = np.empty((MAP_SIZE, MAP_SIZE, shares.shape[1]), np.float32)
+    for channel in range(shares.shape[1]):
+        sigma = 2.2 if channel == 0 else 1.4
+        layer = cv2.GaussianBlur(shares[:, channel].reshape(weight.shape), (0, 0), sigma)
+        smooth[..., channel] = layer / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-4)
+    seen = smooth.reshape(-1, smooth.shape[2])[hit]
+    mean = irradiance(light, normals, Shadows(seen[:, 0], seen[:, 1:].T)).mean(axis=0)
+    exposure = float(np.clip(np.exp(generator.normal(-0.12, 0.25)), 0.45, 1.5)) / float(mean.mean())
+    balance = np.exp(generator.normal(0, 0.05) * np.array([1.0, 0.0, -1.0]))
+    # a camera takes most of the light's own cast out
+    cast = (mean / mean.mean()) ** -generator.uniform(0.3, 1.0)
+    gain: FloatArray = mean * exposure * balance * cast
+    return Lit(light, smooth, gain)
+
+
+def photograph_scene(rays: RayScene, scene: Scene, fore: SideView, lit: Lit, generator: np.random.Generator) -> Photograph:
+    """Photograph a lit scene before a drawn background.
+
+    Parameters
+    ----------
+    rays : RayScene
+        Of the person.
+    scene : Scene
+    fore : SideView
+        The person from the front, 512 pixels a side.
+    lit : Lit
+        What `light_scene` made.
+    generator : numpy Generator
+    """
+    import cv2
+
+    surface, camera, size = scene.surface, scene.camera, PHOTO_SIZE
+    far = float(surface.vertices[:, 2].max()) + 1
+    corner = camera.project(surface.vertices)
+    low, high = np.floor(corner.min(axis=0)).astype(int) - 2, np.ceil(corner.max(axis=0)).astype(int) + 2
+    low, high = np.clip(low, 0, size), np.clip(high, 0, size)
+    columns, rows = np.arange(low[0], high[0]), np.arange(low[1], high[1])
+    pixels = np.stack(np.meshgrid(columns + 0.5, rows + 0.5), axis=-1).reshape(-1, 2)
+    down = np.array([0, 0, -1], np.float32)
+    shape = (len(rows), len(columns))
+    # rays are needed only close to what the maps show
+    step = size // MAP_SIZE
+    near = cv2.dilate(fore.hits.hit.reshape(MAP_SIZE, MAP_SIZE).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    index = np.flatnonzero(near[rows[:, None] // step, columns[None] // step].ravel())
+    first = scattered(rays.cast(pixel_rays(camera, pixels[index], far), down), index, len(pixels))
+    # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is `gain`
+    seen = _shade(scene, lit, first, pixels)
+    factor = lit.gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
+    color = np.zeros((len(pixels), 3), np.float32)
+    color[first.hit] = seen.color * factor
+    coverage = first.hit.astype(np.float32)
+    # pixels at the silhouette and at jumps of depth are averages of four rays
+    depth = np.where(first.hit, first.distance, far + 9).reshape(shape).astype(np.float32)
+    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02
+    edge = np.flatnonzero(jump.ravel())
+    offsets = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
+    fine_pixels = (pixels[edge][:, None] + offsets).reshape(-1, 2)
+    fine = rays.cast(pixel_rays(camera, fine_pixels, far), down)
+    fine_color = np.zeros((len(fine_pixels), 3), np.float32)
+    fine_color[fine.hit] = _shade(scene, lit, fine, fine_pixels).color * factor
+    count = fine.hit.reshape(-1, 4).sum(axis=1)
+    coverage[edge] = count / 4
+    color[edge] = fine_color.reshape(-1, 4, 3).sum(axis=1) / np.maximum(count, 1)[:, None]
+    feet = float(high[1])
+    picture = background(size, feet, generator) * (lit.gain / lit.gain.mean())
+    window = picture[low[1] : high[1], low[0] : high[0]]
+    alpha = coverage.reshape(*shape, 1)
+    window[:] = alpha * color.reshape(*shape, 3) + (1 - alpha) * window
+    mask = np.zeros((size, size), np.uint8)
+    mask[low[1] : high[1], low[0] : high[0]] = np.rint(255 * coverage).reshape(shape)
+    image, quality = develop(picture, generator)
+    return Photograph(image, mask, quality)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shaded:
+    """Linear colours (n, 3) float32, and the irradiance over pi (n, 3) alone."""
+
+    color: FloatArray
+    irradiance: FloatArray
+
+
+def _shade(scene: Scene, lit: Lit, hits: Hits, pixels: FloatArray) -> _Shaded:
+    """The hits of rays through pixels (n, 2) of the photo: texture times light, plus highlights."""
+    surface = scene.surface
+    normals = facing(hits.interpolate(scene.normals, surface.faces), 1)
+    at = (pixels[hits.hit] * (MAP_SIZE / PHOTO_SIZE) - 0.5).astype(np.float32)
+    found = sample_bilinear(lit.shadows, at)
+    reach = Shadows(found[:, 0], found[:, 1:].T)
+    light_on = irradiance(lit.light, normals, reach)
+    albedo = texture_at(surface, hits.face[hits.hit], hits.barycentric[hits.hit])
+    return _Shaded((albedo * light_on + highlights(lit.light, normals, reach)).astype(np.float32), light_on)

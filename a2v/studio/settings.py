@@ -1,0 +1,72 @@
+"""What the fast studio draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from a2v.errors import InputError
+from a2v.studio.guide import GuideErrors
+
+VERSION = 1
+"""Of what a seed gives: raise it when views change, so that a folder never mixes two kinds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudioSettings:
+    """What the fast studio draws. Shares are of all views.
+
+    Attributes
+    ----------
+    seed : int
+        Of the data set.
+    actions, open : float
+        Shares of poses from recorded actions, and of T- and A-poses; the rest stand naturally.
+    facing : float
+        Share of people who roughly face the camera; the others are turned anyhow.
+    yaw : float
+        Standard deviation of the turn of those who face it, degrees.
+    distance : tuple of 2 float
+        Nearest and farthest camera, metres.
+    height : tuple of 2 float
+        Lowest and highest camera, metres over the floor.
+    fill : float
+        Longer side of the person's box as a fraction of the photo.
+    points, surface_points : int
+        Samples in space, and on the surface.
+    near, far : float
+        Standard deviations of the samples around the surface, metres.
+    near_share, far_share : float
+        Shares of the two; the rest is uniform in the person's box with a margin of 10 cm.
+    same_avatar : int
+        Successive views that show one avatar (reading it is a part of the cost).
+    guide : GuideErrors
+    """
+
+    seed: int = 0
+    actions: float = 0.3
+    open: float = 0.1
+    facing: float = 0.85
+    yaw: float = 20.0
+    distance: tuple[float, ...] = (2.5, 12.0)
+    height: tuple[float, ...] = (0.8, 1.9)
+    fill: float = 0.9
+    points: int = 16384
+    surface_points: int = 8192
+    near: float = 0.015
+    far: float = 0.05
+    near_share: float = 0.5
+    far_share: float = 0.35
+    same_avatar: int = 4
+    guide: GuideErrors = field(default_factory=GuideErrors)
+
+    def __post_init__(self) -> None:
+        if min(self.actions, self.open, self.facing) < 0 or max(self.actions + self.open, self.facing) > 1:
+            raise InputError("shares of poses and of people who face the camera must be from 0 to 1 together")
+        if min(self.near_share, self.far_share) < 0 or self.near_share + self.far_share > 1:
+            raise InputError("near_share and far_share must be from 0 to 1 together")
+        for name, least in (("distance", 1.5), ("height", 0.0)):
+            pair = getattr(self, name)
+            if len(pair) != 2 or not least <= pair[0] <= pair[1]:
+                raise InputError(f"{name} is {pair}; expected two metres, the smaller one first and at least {least}")
+        if not 0.1 <= self.fill <= 1 or min(self.points, self.surface_points, self.same_avatar) < 1:
+            raise InputError("fill must be from 0.1 to 1, and points, surface_points and same_avatar at least 1")

@@ -1,0 +1,212 @@
+"""The fast studio: training views of the reconstruction by ray casting, some a second on one core.
+
+`Studio.open(...)` prepares poses and guides in the data set's folder; `Studio.view(split, index)` makes one `View` from (seed, split, index)
+alone.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and_normals
+from a2v.geometry.visibility import vertex_normals
+from a2v.io import read_npz, write_npz
+from a2v.studio.avatar_files import list_avatars, load_avatar
+from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_guides
+from a2v.studio.photograph import light_scene, photograph_scene
+from a2v.studio.posing import PoseLibrary, action_poses
+from a2v.studio.samples import sample_space, sample_surface
+from a2v.studio.scene import FaceKinds, Scene, draw_scene, prepare_avatar, sort_faces
+from a2v.studio.settings import VERSION, StudioSettings
+from a2v.studio.variation import SPLITS, split_of
+from a2v.studio.view import GUIDE_SIZE, MAP_SIZE, PHOTO_SIZE, View, encode_pictures
+from a2v.types import FloatArray, IntArray, Surface
+
+
+class Studio:
+    """Makes views.
+
+    Parameters
+    ----------
+    avatars : folder of ``.glb`` files
+    library : PoseLibrary
+    guides : mapping of key (`guide_key`) to Guide
+    settings : StudioSettings
+    """
+
+    def __init__(self, avatars: str | os.PathLike[str], library: PoseLibrary, guides: Mapping[str, Guide], settings: StudioSettings):
+        """See the class.
+
+        Raises
+        ------
+        InputError
+            No avatars.
+        """
+        paths = list_avatars(avatars)
+        self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
+        self.library, self.guides, self.settings = library, guides, settings
+        self._faces: dict[str, FaceKinds] = {}
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings) -> Studio:
+        """The studio of a data set's folder: its pose library and guides are made there at the first time (minutes), then read.
+
+        Parameters
+        ----------
+        folder : path
+            Of the data set.
+        data : path
+            Folder with ``avatars/`` and the motion data.
+
+        Raises
+        ------
+        InputError
+            No avatars or no motions.
+        """
+        folder, avatars = Path(folder), Path(data) / "avatars"
+        paths = list_avatars(avatars)
+        if not (folder / "poses.npz").exists():
+            action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
+        if not (folder / "guide.npz").exists():
+            write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
+        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), unstack_guides(read_npz(folder / "guide.npz")), settings)
+
+    def _path(self, split: str, index: int) -> Path:
+        """Every avatar of the split once, in an order of its own for each round."""
+        paths = self.paths[split]
+        if not paths:
+            raise InputError(f"no avatar belongs to the split '{split}'; see a2v.studio.variation.VALIDATION_IDENTITIES")
+        block = index // self.settings.same_avatar
+        order = np.random.default_rng([self.settings.seed, SPLITS.index(split), block // len(paths), 1]).permutation(len(paths))
+        return paths[int(order[block % len(paths)])]
+
+    def avatar_of(self, split: str, index: int) -> str:
+        """Name of the avatar of a view.
+
+        Raises
+        ------
+        InputError
+            No avatar belongs to the split.
+        """
+        return self._path(split, index).stem
+
+    def scene(self, split: str, index: int) -> Scene:
+        """The person and the guide of a view; the same numbers give the same scene.
+
+        Raises
+        ------
+        InputError
+            No avatar belongs to the split, its file is broken, or it has no guide.
+        """
+        path = self._path(split, index)
+        prepared = prepare_avatar(str(path))
+        if path.stem not in self._faces:
+            self._faces[path.stem] = sort_faces(prepared.avatar)
+        generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
+        return draw_scene(prepared, self._faces[path.stem], self._guide(path.stem), self.library, self.settings, generator)
+
+    def truth(self, split: str, index: int) -> Surface:
+        """The person of a view as a textured mesh (albedo) in the photo's frame: what reconstructions are compared with."""
+        return self.scene(split, index).surface
+
+    def view(self, split: str, index: int) -> View:
+        """View `index` of a split; the same settings, split and index give the same view.
+
+        Raises
+        ------
+        InputError
+            As of `scene`.
+        """
+        settings, scene = self.settings, self.scene(split, index)
+        generator = np.random.default_rng([settings.seed, SPLITS.index(split), index, 2])
+        surface = scene.surface
+        rays = RayScene(surface.vertices, surface.faces)
+        fore, rear = _see_both_sides(rays, surface.vertices, surface.faces, scene.normals, scene, MAP_SIZE)
+        lit = light_scene(rays, scene, fore, generator)
+        photo = photograph_scene(rays, scene, fore, lit, generator)
+        guide = scene.guide, self._guide(scene.avatar).faces
+        guide_normals = vertex_normals(*guide).astype(np.float32)
+        guide_rays = RayScene(*guide)
+        maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}
+        for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, *guide, guide_normals, scene, GUIDE_SIZE))):
+            for side, seen in zip(("front", "back"), pair, strict=True):
+                maps |= {f"{start}normals_{side}": _pack(seen.normals), f"{start}depth_{side}": seen.depth}
+        solid = scene.solid()
+        on = sample_surface(scene, solid, rays, lit.gain, settings.surface_points, generator)
+        points = sample_space(scene, solid, settings, generator)
+        both = np.concatenate([points, on.points])
+        guide_distance, guide_at = signed_distance_and_normals(*guide, guide_normals, guide_rays, both)
+        here, there = slice(len(points)), slice(len(points), None)  # in space, and on the surface
+        return View(
+            encoded=encode_pictures(photo.image, photo.quality, maps),
+            camera=scene.camera,
+            points=points,
+            distance=solid.signed_distance(points).astype(np.float16),
+            guide_distance=guide_distance[here].astype(np.float16),
+            guide_normals=_pack(guide_at[here]),
+            surface_points=on.points,
+            surface_normals=_pack(on.normals),
+            surface_colors=on.colors,
+            surface_visible=on.visible,
+            surface_parts=on.parts,
+            surface_guide_distance=guide_distance[there].astype(np.float16),
+            surface_guide_normals=_pack(guide_at[there]),
+            guide_vertices=scene.guide,
+            avatar=scene.avatar,
+            gain=lit.gain.astype(np.float32),
+            yaw=scene.yaw,
+            seed=settings.seed,
+            index=index,
+            split=split,
+            provenance={"version": VERSION, "pose": scene.pose},
+        )
+
+    def _guide(self, avatar: str) -> Guide:
+        key = guide_key(avatar)
+        if key not in self.guides:
+            raise InputError(
+                f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data set's folder to make them anew"
+            )
+        return self.guides[key]
+
+
+def _see_both_sides(
+    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: Scene, size: int
+) -> tuple[SideView, SideView]:
+    """A mesh from the front and through from the back, `size` pixels a side."""
+    fore, rear = (side_view(rays, vertices, faces, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1))
+    return fore, rear
+
+
+def _see_parts(scene: Scene, fore: SideView) -> IntArray:
+    """Body part (512, 512) int8 of the nearest corner of what each pixel sees; -1 outside."""
+    hit = fore.hits.hit
+    corners = scene.parts[scene.surface.faces[fore.hits.face[hit]]]
+    weights = np.concatenate([1 - fore.hits.barycentric[hit].sum(axis=1, keepdims=True), fore.hits.barycentric[hit]], 1)
+    parts = np.full(MAP_SIZE * MAP_SIZE, -1, np.int8)
+    parts[hit] = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], 1)[:, 0]
+    return parts.reshape(MAP_SIZE, MAP_SIZE)
+
+
+def _pack(normals: FloatArray) -> IntArray:
+    """Unit normals as int8, 127 is 1."""
+    return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)
+
+
+def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:
+    """A guide for each sex and outfit, on the first avatar of the training split that has them (of any split where none has)."""
+    chosen: dict[str, Path] = {}
+    for path in sorted(paths, key=lambda path: (split_of(path.stem) != "training", path.name)):
+        chosen.setdefault(guide_key(path.stem), path)
+    guides = {}
+    for key, path in sorted(chosen.items()):
+        part = folder / "guides" / f"{key}.npz"
+        if not part.exists():
+            fit_guide(load_avatar(path)).save(part)
+        guides[key] = Guide.load(part)
+    return guides

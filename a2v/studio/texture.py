@@ -1,0 +1,43 @@
+"""Textures asked at hits of rays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.colors import srgb_to_linear
+from a2v.types import FloatArray, IntArray, Surface
+
+
+def sample_bilinear(image: np.ndarray, at: FloatArray) -> FloatArray:
+    """Values (n, C) of an image (H, W, C) at columns and rows (n, 2) float32, the centre of the first pixel at (0, 0)."""
+    import cv2
+
+    width = 4096  # OpenCV's maps are images: at most 32767 a side
+    rows = -(-len(at) // width)
+    padded = np.zeros((rows * width, 2), np.float32)
+    padded[: len(at)] = at
+    found = cv2.remap(image, padded.reshape(rows, width, 2), None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(found).reshape(rows * width, -1)[: len(at)]
+
+
+_LINEAR = srgb_to_linear(np.arange(256) / 255)
+"""Linear light of each byte."""
+
+
+def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> FloatArray:
+    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,), bilinear.
+
+    Raises
+    ------
+    InputError
+        The surface has no texture.
+    """
+    if surface.uv is None or surface.texture is None:
+        raise InputError("the surface has no texture")
+    height, width = surface.texture.shape[:2]
+    corners = surface.uv[faces]
+    u, v = barycentric[:, :1], barycentric[:, 1:]
+    place = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
+    at = np.stack([place[:, 0] * width - 0.5, (1 - place[:, 1]) * height - 0.5], axis=1)
+    return np.asarray(_LINEAR[sample_bilinear(surface.texture, at.astype(np.float32))])

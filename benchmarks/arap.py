@@ -20,7 +20,7 @@ import numpy as np
 from a2v.animation import ArapDeformer, bind, control_points, deform, retarget
 from a2v.animation.arap import ArapResult, ArapSolver
 from a2v.body import load_body_model, make_body
-from a2v.formats.motion import read_motion
+from a2v.formats import read_motion
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.types import Body, Character, FloatArray, IntArray, Surface

@@ -93,7 +93,7 @@ def test_an_unknown_action_names_the_nearest(capsys, tmp_path):
 @needs_model
 @pytest.mark.parametrize("suffix", [".npz", ".bvh", ".mp4"])
 def test_motion_files(tmp_path, capsys, suffix):
-    from a2v.formats.motion import read_motion
+    from a2v.formats import read_motion
     from a2v.rendering import probe_video
 
     out = tmp_path / f"walk{suffix}"

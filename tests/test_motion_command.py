@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.formats.motion import read_motion
+from a2v.formats import read_motion
 from a2v.io import read_npz
 from a2v.kinematics import bone_lengths
 from a2v.motion import MotionModel

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.kinematics import rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.kinematics.orientations import rotmats_to_chain
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Motion
 
 SIDES: tuple[str, str] = ("left", "right")
@@ -74,7 +76,7 @@ def rig_of(body: Body) -> Rig:
     if missing := missing_joints(bones):
         raise InputError(
             f"body model '{body.model}' has no bone for {', '.join(missing[:4])} among its {len(parents)} bones; "
-            "rename them to names that a2v.animation.canonical_joints knows"
+            "rename them to names that a2v.kinematics.names.canonical_joints knows"
         )
     heads = body.rest_transforms[:, :3, 3].astype(np.float64)
     joints = {name: heads[bone] for name, bone in bones.items()}
@@ -194,10 +196,6 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     InputError
         Wrong shape.
     """
-    from a2v.formats.bvh import chain_rotations
-    from a2v.kinematics import skeleton_of, swing_between
-    from a2v.kinematics.so3 import rotvec_to_rotmat
-
     count = len(body.bone_names)
     if np.ndim(bone_transforms) != 4 or np.shape(bone_transforms)[1:] != (count, 4, 4):
         raise InputError(f"bone transforms have shape {np.shape(bone_transforms)}; expected (T, {count}, 4, 4)")
@@ -205,16 +203,16 @@ def rig_motion(bone_transforms: FloatArray, body: Body, fps: float, *, action: s
     rest = body.rest_transforms.astype(np.float64)
     parents = body.bone_parents.astype(np.int64)
     offsets = rest[:, :3, 3] - rest[np.maximum(parents, 0), :3, 3]
-    turns = transforms[..., :3, :3] @ np.swapaxes(rest[:, :3, :3], 1, 2)
+    from_rest = transforms[..., :3, :3] @ np.swapaxes(rest[:, :3, :3], 1, 2)
     skeleton = skeleton_of("custom", parents.tolist(), body.bone_names)
-    bone_turns = np.tile(np.eye(3), (len(transforms), count, 1, 1))
+    rotmats = np.tile(np.eye(3), (len(transforms), count, 1, 1))
     to_offset = rotvec_to_rotmat(
         swing_between(skeleton.rest_directions[1:], np.where(offsets[1:].any(1, keepdims=True), offsets[1:], skeleton.rest_directions[1:]))
     )
-    bone_turns[:, 1:] = turns[:, parents[1:]] @ to_offset  # the bone that ends at a joint turns with the joint's parent
+    rotmats[:, 1:] = from_rest[:, parents[1:]] @ to_offset  # the bone that ends at a joint turns with the joint's parent
     return Motion(
         joints=transforms[..., :3, 3].astype(np.float32),
-        rotations=chain_rotations(bone_turns, skeleton).astype(np.float32),
+        rotations=rotmats_to_chain(rotmats, skeleton).astype(np.float32),
         root=transforms[:, 0, :3, 3].astype(np.float32),
         fps=float(fps),
         parents=parents,

@@ -47,12 +47,45 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     Frames of uneven duration are resampled to the median rate. The wrists are fixed there and the feet and head are
     boxes: tips of plausible length stand for them (``left_foot``, ``right_foot``, ``head``).
 
+    Parameters
+    ----------
+    path : path
+    action : str
+        Stored in the motion; the file's stem without it.
+
+    Returns
+    -------
+    Motion
+        Metres, y up, facing +z; rotations have no twist about the bones.
+
     Raises
     ------
     InputError
         Not such a file; the message names the file and the frame.
     """
     source = Path(path)
+    frames = _read_frames(source)
+    duration = float(np.median(frames[:-1, 0])) if len(frames) > 1 else 1 / 30
+    if not 1e-4 <= duration <= 10:
+        raise InputError(f"{source}: frames last {duration:g} s; expected 0.0001 to 10")
+    joints = _even(_joint_positions(frames, source) @ _FACING.T, frames[:, 0], duration)
+    parents = [joint[1] for joint in _HUMANOID3D]
+    names = ("pelvis", *(joint[0] for joint in _HUMANOID3D[1:]))
+    skeleton = skeleton_of("custom", parents, names)
+    return Motion(
+        joints=joints.astype(np.float32),
+        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
+        root=joints[:, 0].astype(np.float32),
+        fps=float(round(1 / duration)) if abs(1 / duration - round(1 / duration)) < 0.05 else 1 / duration,
+        parents=np.asarray(parents),
+        joint_names=names,
+        action=action or source.stem,
+        provenance={"source": str(source), "format": "DeepMimic humanoid3d"},
+    )
+
+
+def _read_frames(source: Path) -> FloatArray:
+    """The file's numbers (T, `_FRAME`), checked."""
     try:
         if source.stat().st_size > MAX_BYTES:
             raise InputError(f"{source} is larger than {MAX_BYTES >> 20} MiB; expected a DeepMimic clip")
@@ -75,13 +108,15 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
     frames = np.asarray(rows, dtype=np.float64)
     if not np.isfinite(frames).all() or np.abs(frames).max() > 1e4:
         raise InputError(f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, infinite or absurd numbers")
-    duration = float(np.median(frames[:-1, 0])) if len(frames) > 1 else 1 / 30
-    if not 1e-4 <= duration <= 10:
-        raise InputError(f"{source}: frames last {duration:g} s; expected 0.0001 to 10")
+    return frames
+
+
+def _joint_positions(frames: FloatArray, source: Path) -> FloatArray:
+    """Joints (T, J, 3) of frames (T, `_FRAME`), metres, in DeepMimic's axes."""
     count = len(frames)
     column = 4
     joints = np.zeros((count, len(_HUMANOID3D), 3))
-    turns = np.zeros((count, len(_HUMANOID3D), 3, 3))
+    rotmats = np.zeros((count, len(_HUMANOID3D), 3, 3))
     for j, (name, parent, offset, dof) in enumerate(_HUMANOID3D):
         if dof == 4:
             quats = frames[:, column : column + 4]
@@ -94,25 +129,11 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
             local = np.tile(np.eye(3), (count, 1, 1))
         column += dof
         if parent < 0:
-            joints[:, j], turns[:, j] = frames[:, 1:4], local
+            joints[:, j], rotmats[:, j] = frames[:, 1:4], local
         else:
-            joints[:, j] = joints[:, parent] + turns[:, parent] @ np.asarray(offset)
-            turns[:, j] = turns[:, parent] @ local
-    joints = joints @ _FACING.T
-    parents = [joint[1] for joint in _HUMANOID3D]
-    names = ("pelvis", *(joint[0] for joint in _HUMANOID3D[1:]))
-    joints = _even(joints, frames[:, 0], duration)
-    skeleton = skeleton_of("custom", parents, names)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
-        root=joints[:, 0].astype(np.float32),
-        fps=float(round(1 / duration)) if abs(1 / duration - round(1 / duration)) < 0.05 else 1 / duration,
-        parents=np.asarray(parents),
-        joint_names=names,
-        action=action or source.stem,
-        provenance={"source": str(source), "format": "DeepMimic humanoid3d"},
-    )
+            joints[:, j] = joints[:, parent] + rotmats[:, parent] @ np.asarray(offset)
+            rotmats[:, j] = rotmats[:, parent] @ local
+    return joints
 
 
 def _even(joints: FloatArray, durations: FloatArray, step: float) -> FloatArray:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.gltf import encode_image
+from a2v.formats.characters import encode_texture
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.types import FloatArray, Surface
@@ -30,7 +30,7 @@ def write_obj(path: str | os.PathLike[str], surface: Surface, *, vertices: Float
     lines = []
     if surface.uv is not None and surface.texture is not None:
         with atomic_path(target.with_suffix(".png")) as temporary:
-            temporary.write_bytes(encode_image(surface.texture, 0)[0])
+            temporary.write_bytes(encode_texture(surface.texture, 0)[0])
         with atomic_path(target.with_suffix(".mtl")) as temporary:
             temporary.write_text(f"newmtl surface\nKd 1 1 1\nmap_Kd {target.stem}.png\n", encoding="utf-8")
         lines += [f"mtllib {target.stem}.mtl", "usemtl surface"]

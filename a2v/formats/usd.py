@@ -11,23 +11,18 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError, MissingDependencyError
-from a2v.formats.gltf import checked_clip, encode_image, local_transforms
+from a2v.formats.characters import Clips, check_clips, encode_texture, linear_colors, parent_from_bone
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Character, FloatArray
+from a2v.types import Body, Character, FloatArray, Surface
 
 SUFFIXES = (".usdz", ".usdc", ".usda", ".usd")
 
 
 def write_usd(
-    path: str | os.PathLike[str],
-    character: Character,
-    clips: Mapping[str, tuple[FloatArray, float]] | None = None,
-    *,
-    name: str = "character",
-    jpeg_quality: int = 92,
+    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, name: str = "character", jpeg_quality: int = 92
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated character as USD.
 
@@ -39,7 +34,7 @@ def write_usd(
     path : path
         ``.usdz`` holds its texture; beside ``.usdc``, ``.usda`` and ``.usd`` it is written as ``<stem>_texture.jpg`` or ``.png``.
     character : Character
-    clips : mapping of name to (bone transforms (T, B, 4, 4), frames per second)
+    clips : Clips or None
     name : str
         Name of the root prim.
     jpeg_quality : int
@@ -55,7 +50,7 @@ def write_usd(
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}")
-    checked = {key: checked_clip(key, value, len(character.body.bone_names)) for key, value in (clips or {}).items()}
+    checked = check_clips(clips, len(character.body.bone_names))
     try:
         from pxr import Usd, UsdUtils
     except ImportError as error:
@@ -63,12 +58,12 @@ def write_usd(
     packed = target.suffix.lower() == ".usdz"
     texture = None
     if character.surface.uv is not None and character.surface.texture is not None:
-        data, kind = encode_image(character.surface.texture, jpeg_quality)
+        data, kind = encode_texture(character.surface.texture, jpeg_quality)
         texture = f"{'' if packed else target.stem + '_'}texture{'.jpg' if kind == 'image/jpeg' else '.png'}", data
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
         stage = Usd.Stage.CreateNew(str(scene))
-        _fill(stage, character, checked, _identifier(name), None if texture is None else texture[0])
+        _fill_stage(stage, character, checked, _identifier(name), None if texture is None else texture[0])
         stage.GetRootLayer().Save()
         if packed:
             if texture is not None:
@@ -90,32 +85,60 @@ def _identifier(text: str) -> str:
     return str(Tf.MakeValidIdentifier(text))
 
 
-def _fill(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray, float]], name: str, texture: str | None) -> None:
-    from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
+def _fill_stage(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray, float]], name: str, texture: str | None) -> None:
+    """Make the prims of a character and its clips under ``/name``; `texture` is the file's name beside the stage."""
+    from pxr import UsdGeom, UsdSkel
 
-    surface, body = character.surface, character.body
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     root = UsdSkel.Root.Define(stage, f"/{name}")
     stage.SetDefaultPrim(root.GetPrim())
+    skeleton = _add_skeleton(stage, character.body, f"/{name}/skeleton")
+    mesh = _add_mesh(stage, character.surface, f"/{name}/surface", textured=texture is not None)
+    _add_material(stage, mesh, f"/{name}/material", texture)
+    _bind_skin(mesh, character, skeleton)
+    speed = next((fps for _, fps in clips.values()), 24.0)
+    stage.SetTimeCodesPerSecond(speed)
+    stage.SetFramesPerSecond(speed)
+    moves = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
+    joints = skeleton.GetJointsAttr().Get()
+    taken = {"skeleton", "surface", "material"}
+    for index, (key, (transforms, fps)) in enumerate(clips.items()):
+        label = _identifier(key) or "clip"
+        while label in taken:
+            label += "_"
+        taken.add(label)
+        steps = parent_from_bone(transforms, character.body.bone_parents)
+        animation = _add_animation(stage, f"/{name}/{label}", joints, steps, codes=np.arange(len(steps)) * speed / fps)
+        if index == 0:
+            moves.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+            stage.SetStartTimeCode(0)
+            stage.SetEndTimeCode(len(steps) - 1)
 
-    parents = body.bone_parents.tolist()
+
+def _add_skeleton(stage: Any, body: Body, path: str) -> Any:
+    from pxr import UsdSkel, Vt
+
     labels = [_identifier(bone) for bone in body.bone_names]
     joints: list[str] = []
-    for bone, parent in enumerate(parents):
+    for bone, parent in enumerate(body.bone_parents.tolist()):
         joints.append(labels[bone] if parent < 0 else f"{joints[parent]}/{labels[bone]}")
     bind = body.bone_transforms.astype(np.float64)
 
     def matrices(values: FloatArray) -> Any:  # USD's points are rows: v M, so matrices are transposed
         return Vt.Matrix4dArray.FromNumpy(np.ascontiguousarray(np.swapaxes(values, 1, 2)))
 
-    local = local_transforms(bind[None], body.bone_parents)[0]
-    skeleton = UsdSkel.Skeleton.Define(stage, f"/{name}/skeleton")
+    skeleton = UsdSkel.Skeleton.Define(stage, path)
     skeleton.CreateJointsAttr(joints)
     skeleton.CreateBindTransformsAttr(matrices(bind))
-    skeleton.CreateRestTransformsAttr(matrices(local))
+    skeleton.CreateRestTransformsAttr(matrices(parent_from_bone(bind[None], body.bone_parents)[0]))
+    return skeleton
 
-    mesh = UsdGeom.Mesh.Define(stage, f"/{name}/surface")
+
+def _add_mesh(stage: Any, surface: Surface, path: str, *, textured: bool) -> Any:
+    from pxr import Sdf, UsdGeom, Vt
+
+    mesh = UsdGeom.Mesh.Define(stage, path)
     points = np.ascontiguousarray(surface.vertices, np.float32)
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(surface.faces), 3, np.int32)))
@@ -123,18 +146,18 @@ def _fill(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(vertex_normals(surface.vertices, surface.faces.astype(np.int64)).astype(np.float32)))
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    extent = UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get())
-    mesh.CreateExtentAttr(extent)
-    primvars = UsdGeom.PrimvarsAPI(mesh)
-    if texture is not None and surface.uv is not None:
-        uv = primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
+    mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get()))
+    if textured and surface.uv is not None:
+        uv = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
         uv.Set(Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(surface.uv.reshape(-1, 2), np.float32)))
     else:
-        colors = np.clip(surface.colors, 0, 1).astype(np.float64)
-        linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
         shown = mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
-        shown.Set(Vt.Vec3fArray.FromNumpy(linear.astype(np.float32)))
-    _material(stage, mesh, f"/{name}/material", texture)
+        shown.Set(Vt.Vec3fArray.FromNumpy(linear_colors(surface.colors).astype(np.float32)))
+    return mesh
+
+
+def _bind_skin(mesh: Any, character: Character, skeleton: Any) -> None:
+    from pxr import Gf, UsdSkel, Vt
 
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(character.bones, np.int32).ravel()))
@@ -143,34 +166,24 @@ def _fill(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1))
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
 
-    moves = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
-    speed = next((fps for _, fps in clips.values()), 24.0)
-    stage.SetTimeCodesPerSecond(speed)
-    stage.SetFramesPerSecond(speed)
-    taken: set[str] = set()
-    for index, (key, (transforms, fps)) in enumerate(clips.items()):
-        label = _identifier(key) or "clip"
-        while label in taken or label in ("skeleton", "surface", "material"):
-            label += "_"
-        taken.add(label)
-        animation = UsdSkel.Animation.Define(stage, f"/{name}/{label}")
-        animation.CreateJointsAttr(joints)
-        steps = local_transforms(transforms, body.bone_parents)
-        turns = np.stack([continuous(rotmat_to_quat(steps[:, bone, :3, :3])) for bone in range(len(joints))], axis=1)
-        turning, moving, scale = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr(), animation.CreateScalesAttr()
-        scale.Set(Vt.Vec3hArray([Gf.Vec3h(1)] * len(joints)))
-        for frame in range(len(steps)):
-            code = frame * speed / fps
-            # numpy's quaternions are wxyz, the memory of Gf.Quatf is xyzw
-            turning.Set(Vt.QuatfArray.FromNumpy(np.ascontiguousarray(turns[frame][:, [1, 2, 3, 0]], np.float32)), code)
-            moving.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(steps[frame, :, :3, 3], np.float32)), code)
-        if index == 0:
-            moves.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
-            stage.SetStartTimeCode(0)
-            stage.SetEndTimeCode(len(steps) - 1)
+
+def _add_animation(stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray) -> Any:
+    """A SkelAnimation of transforms (T, B, 4, 4) in the parents' frames, keys at the time codes (T,)."""
+    from pxr import Gf, UsdSkel, Vt
+
+    animation = UsdSkel.Animation.Define(stage, path)
+    animation.CreateJointsAttr(joints)
+    quats = np.stack([continuous(rotmat_to_quat(steps[:, bone, :3, :3])) for bone in range(steps.shape[1])], axis=1)
+    rotations, translations = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr()
+    animation.CreateScalesAttr().Set(Vt.Vec3hArray([Gf.Vec3h(1)] * steps.shape[1]))
+    for frame, code in enumerate(codes.tolist()):
+        # numpy's quaternions are wxyz, the memory of Gf.Quatf is xyzw
+        rotations.Set(Vt.QuatfArray.FromNumpy(np.ascontiguousarray(quats[frame][:, [1, 2, 3, 0]], np.float32)), code)
+        translations.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(steps[frame, :, :3, 3], np.float32)), code)
+    return animation
 
 
-def _material(stage: Any, mesh: Any, path: str, texture: str | None) -> None:
+def _add_material(stage: Any, mesh: Any, path: str, texture: str | None) -> None:
     from pxr import Sdf, UsdShade
 
     material = UsdShade.Material.Define(stage, path)

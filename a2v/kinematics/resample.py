@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics import forward_kinematics, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
+from a2v.kinematics import forward_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
+from a2v.kinematics.orientations import rotvecs_of
 from a2v.types import FloatArray, Motion
 
 
@@ -25,6 +26,11 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     fps : float
         Frames per second, 0.1 to 1000.
 
+    Returns
+    -------
+    Motion
+        Every (1 / `fps`) s from the first frame on.
+
     Raises
     ------
     InputError
@@ -39,19 +45,14 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
         return dataclasses.replace(motion, fps=float(fps))
     at = np.minimum(np.arange(frames) * (motion.fps / fps), motion.frames - 1)
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
-    joints = motion.joints.astype(np.float64)
-    lengths = np.linalg.norm(joints - joints[..., np.maximum(motion.parents, 0), :], axis=-1)
-    rotations = motion.rotations.astype(np.float64)
-    if np.abs(forward_kinematics(rotations, joints[..., 0, :], lengths, skeleton) - joints).max() > 5e-5:
-        rotations = inverse_kinematics(joints, skeleton)
-    quats = continuous(rotvec_to_quat(rotations), axis=-3)
-    quats = interpolate(quats, at, axis=-3)
-    turned = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
-    root = interpolate(joints[..., 0, :], at, axis=-2)
-    moved = forward_kinematics(turned, root, interpolate(lengths, at, axis=-2), skeleton)
+    rotvecs, lengths = rotvecs_of(motion, skeleton)
+    quats = interpolate(continuous(rotvec_to_quat(rotvecs), axis=-3), at, axis=-3)
+    rotvecs = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
+    root = interpolate(motion.joints[..., 0, :].astype(np.float64), at, axis=-2)
+    joints = forward_kinematics(rotvecs, root, interpolate(lengths, at, axis=-2), skeleton)
     given = motion.given_frames and int(np.floor((motion.given_frames - 1) / motion.fps * fps + 1e-6)) + 1
     return dataclasses.replace(
-        motion, joints=moved.astype(np.float32), rotations=turned.astype(np.float32), root=root.astype(np.float32), fps=float(fps),
+        motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32), fps=float(fps),
         given_frames=given,
     )  # fmt: skip
 

@@ -10,11 +10,16 @@ import base64
 import functools
 import html
 import os
+import tempfile
 from pathlib import Path
 from string import Template
 
 from a2v.errors import A2VError, InputError
+from a2v.formats.characters import Clips
+from a2v.formats.gltf import write_glb
+from a2v.formats.registry import CharacterFormat
 from a2v.io import atomic_path
+from a2v.types import Character
 
 MAX_PAGE_BYTES = 400 << 20
 """Browsers refuse to open pages much larger than this."""
@@ -57,7 +62,7 @@ def write_page(
     path
         Ends in ``.html``; written atomically.
     character : bytes or path
-        A binary glTF, such as `a2v.animation.write_glb`'s.
+        A binary glTF, such as `a2v.formats.write_glb`'s.
     video : bytes or path or None
         An MP4.
     title : str
@@ -85,6 +90,23 @@ def write_page(
     )
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_character_page(path: str | os.PathLike[str], character: Character, clips: Clips) -> None:
+    """Write an HTML page that shows a character with its clips, named after them.
+
+    Raises
+    ------
+    InputError
+        A clip does not fit the character, or the page would be too large.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        write_glb(Path(folder) / "character.glb", character, clips)
+        write_page(path, Path(folder) / "character.glb", title=", ".join(clips))
+
+
+PAGE_FORMATS: tuple[CharacterFormat, ...] = (CharacterFormat(suffixes=(".html",), write=write_character_page),)
+"""Characters as something to look at."""
 
 
 def _data(source: bytes | str | os.PathLike[str]) -> bytes:

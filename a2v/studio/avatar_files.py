@@ -16,7 +16,7 @@ import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.errors import InputError
-from a2v.formats.glb_reader import Gltf, read_glb
+from a2v.formats.gltf import Gltf, read_glb
 from a2v.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray
 

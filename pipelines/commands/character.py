@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
+
+if TYPE_CHECKING:
+    from a2v.formats.registry import CharacterFormat
 
 HELP = "Make one character file with several actions: glTF, USD, or a web page that shows it."
 EXAMPLES = """examples:
@@ -19,16 +22,23 @@ EXAMPLES = """examples:
 Clips are named after their actions or files. GLB and USD are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones)."""
 
-SUFFIXES = (".glb", ".usdz", ".usdc", ".usda", ".html")
+
+def file_formats() -> tuple[CharacterFormat, ...]:
+    """What --out may be: characters as data, and as a page that shows them."""
+    from a2v.formats.registry import CHARACTER_FORMATS
+    from a2v.rendering.page import PAGE_FORMATS
+
+    return (*CHARACTER_FORMATS, *PAGE_FORMATS)
 
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
+    from a2v.formats.registry import readable_motions, suffixes_of
     from pipelines.inputs import add_model_argument, add_photo_arguments, add_run_arguments, add_stage_arguments
 
-    parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(SUFFIXES)}")
+    parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(suffixes_of(file_formats()))}")
     parser.add_argument("--actions", default="", help="of the model, with commas; each becomes a clip")
-    parser.add_argument("--motions", default="", help="files with commas (.bvh, .npz, DeepMimic's .txt); each becomes a clip")
+    parser.add_argument("--motions", default="", help=f"files with commas ({readable_motions(', ')}); each becomes a clip")
     add_model_argument(parser)
     parser.add_argument("--frames", type=int, default=60, help="frames a clip, at most for files")
     parser.add_argument("--fps", type=float | None, default=None, help="resample the clips to this many frames a second")
@@ -44,6 +54,7 @@ def run(settings: Any) -> int:
     import numpy as np
 
     from a2v.formats.gltf import write_morph_glb
+    from a2v.formats.registry import write_character, writer_of
     from a2v.types import Character
     from pipelines.graph import video_graph
     from pipelines.inputs import check_writable, motion_inputs, photo_parameters, stages_of
@@ -53,8 +64,7 @@ def run(settings: Any) -> int:
     from pipelines.store import Store
 
     path = Path(settings.out)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"cannot write {path}; expected a name that ends in {', '.join(SUFFIXES)}")
+    writer_of(path, file_formats())
     wanted = [(name, None) for name in _listed(settings.actions)] + [(Path(file).stem, file) for file in _listed(settings.motions)]
     if not wanted:
         raise InputError("no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions")
@@ -95,28 +105,10 @@ def run(settings: Any) -> int:
         name = wanted[0][0]
         write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
     else:
-        _write(path, character, clips)
+        write_character(path, character, clips, file_formats())
     print(path)
     return 0
 
 
 def _listed(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
-
-
-def _write(path: Path, character: Any, clips: dict[str, Any]) -> None:
-    import tempfile
-
-    from a2v.formats.gltf import write_glb
-    from a2v.formats.usd import write_usd
-
-    if path.suffix.lower() == ".glb":
-        write_glb(path, character, clips)
-    elif path.suffix.lower() == ".html":
-        from a2v.rendering import write_page
-
-        with tempfile.TemporaryDirectory() as folder:
-            write_glb(Path(folder) / "character.glb", character, clips)
-            write_page(path, Path(folder) / "character.glb", title=", ".join(clips))
-    else:
-        write_usd(path, character, clips)

@@ -11,6 +11,7 @@ from a2v.errors import InputError
 from a2v.types import Motion
 
 if TYPE_CHECKING:
+    from a2v.formats.registry import MotionFormat
     from a2v.motion import MotionModel
 
 HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
@@ -29,18 +30,25 @@ EXAMPLES = """examples:
 With several clips an .npz holds all of them with a leading dimension, .bvh become numbered files, pictures and videos show
 them beside each other."""
 
-SUFFIXES = (".npz", ".bvh", ".mp4", ".gif", ".webp", ".png", ".svg")
+
+def file_formats() -> tuple[MotionFormat, ...]:
+    """What --out may be: motions as data, and drawn."""
+    from a2v.formats.registry import MOTION_FORMATS
+    from a2v.rendering.stickfigure import DRAWN_FORMATS
+
+    return (*MOTION_FORMATS, *DRAWN_FORMATS)
 
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
+    from a2v.formats.registry import suffixes_of
     from pipelines.inputs import add_model_argument
 
     parser.add_argument(
         "--action", required=True, help="what to do; several with commas follow each other, a pattern with * makes one clip each"
     )
     add_model_argument(parser)
-    parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(SUFFIXES)}")
+    parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(suffixes_of(file_formats()))}")
     parser.add_argument("--count", type=int, default=1, help="clips")
     parser.add_argument("--frames", type=int, default=60, help="frames a clip")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise")
@@ -65,12 +73,12 @@ def add_arguments(parser: Any) -> None:
 
 def run(settings: Any) -> int:
     """Generate; print the paths."""
+    from a2v.formats.registry import write_motion, writer_of
     from a2v.motion import MotionModel
     from pipelines.inputs import check_writable
 
     path = Path(settings.out)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"cannot write {path}; expected a name that ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    writer_of(path, file_formats())
     if settings.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
     model = MotionModel.load(settings.model)
@@ -84,7 +92,7 @@ def run(settings: Any) -> int:
         return 0
     made = generate(model, settings)
     check_writable(path.parent)
-    for target in write(made, path):
+    for target in write_motion(path, made, file_formats()):
         print(target)
     return 0
 
@@ -170,7 +178,7 @@ def first_frames(path: str, frames: int | None) -> Motion:
     InputError
         The file is unreadable, or has not so many frames.
     """
-    from a2v.formats.motion import read_motion
+    from a2v.formats import read_motion
 
     motion = read_motion(path)
     if motion.batch:
@@ -205,26 +213,3 @@ def native(model: MotionModel, settings: Any) -> dict[str, Any]:
         "joint_names": np.asarray(skeleton.joint_names), "metres_per_unit": model.metadata["metres_per_unit"],
         "native_signs": np.asarray(model.metadata["native_signs"]), "model_digest": model.digest,
     }  # fmt: skip
-
-
-def write(motion: Motion, path: Path) -> list[Path]:
-    """Write a clip, or a batch of clips, by the path's suffix; returns the paths."""
-    suffix = path.suffix.lower()
-    if suffix == ".npz":
-        motion.save(path)
-        return [path]
-    if suffix != ".bvh":
-        from a2v.rendering.stickfigure import save_stick_figures
-
-        titles = motion.action.split("|") if "|" in motion.action else None
-        save_stick_figures(path, motion, titles=titles, given=motion.given_frames or 0)
-        return [path]
-    from a2v.formats.bvh import write_bvh
-
-    if not motion.batch:
-        write_bvh(path, motion)
-        return [path]
-    targets = [path.with_name(f"{path.stem}_{index:03d}{path.suffix}") for index in range(motion.batch[0])]
-    for index, target in enumerate(targets):
-        write_bvh(target, motion[index])
-    return targets

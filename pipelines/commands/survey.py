@@ -63,7 +63,7 @@ def run(settings: Any) -> int:
 def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]]:
     """Clips by source and action; clips of an action are equally long, since a length would give its source away."""
     from a2v.evaluation.survey import REAL
-    from a2v.formats.motion import read_motion
+    from a2v.formats import read_motion
     from a2v.motion import MotionModel
     from a2v.motion.sampler import plain_name
 

@@ -26,14 +26,13 @@ Run it again after an interruption: finished frames are remembered. Another acti
 
 def add_arguments(parser: Any) -> None:
     """Declare the options."""
+    from a2v.formats.registry import readable_motions
     from pipelines.inputs import add_model_argument, add_photo_arguments, add_render_arguments, add_run_arguments, add_stage_arguments
 
     parser.add_argument("--out", required=True, help="folder for the results")
     parser.add_argument("--action", default="", help="what to do; several with commas follow each other (a2v actions lists them)")
     add_model_argument(parser)
-    parser.add_argument(
-        "--motion", type=str | None, default=None, help="recorded motion instead of a model: .bvh, .npz or DeepMimic's .txt"
-    )
+    parser.add_argument("--motion", type=str | None, default=None, help=f"recorded motion instead of a model: {readable_motions()}")
     parser.add_argument("--frames", type=int, default=60, help="frames of motion")
     parser.add_argument("--fps", type=float | None, default=None, help="resample the motion to this many frames a second (same duration)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the motion: another seed, another performance")

@@ -20,7 +20,7 @@ def motion(model: File, action: str, frames: int, seed: int, fps: float | None) 
 @memo()
 def recorded(motion_file: File, action: str, frames: int, fps: float | None) -> Ref[Motion]:
     """Read a motion file: at `fps` (by default the file's own, at most 30), the first `frames` of it."""
-    from a2v.formats.motion import read_motion
+    from a2v.formats import read_motion
     from a2v.kinematics.resample import resample_motion
 
     made = read_motion(motion_file.path, action=action)

@@ -10,7 +10,7 @@ from a2v import Body, Character, InputError, Surface
 from a2v.animation import ArapDeformer, DeformSettings, bind, control_points, deform, retarget
 from a2v.animation.arap import ArapSolver
 from a2v.body import PARTS, load_body_model, make_body
-from a2v.formats.motion import read_motion
+from a2v.formats import read_motion
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.polar import nearest_rotations, rotations_of
 from a2v.kinematics import rotvec_to_rotmat

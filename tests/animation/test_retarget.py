@@ -17,8 +17,8 @@ from a2v.animation.rig import SIDES, joints_of, place, rig_of
 from a2v.body import load_body_model, make_body
 from a2v.evaluation.physics import jitter
 from a2v.evaluation.retargeting import measure_retargeting
+from a2v.formats import read_motion
 from a2v.formats.bvh import read_bvh, write_bvh
-from a2v.formats.motion import read_motion
 from a2v.kinematics import CMU, HUMANACT12, Skeleton, rotvec_to_rotmat
 from a2v.kinematics.resample import resample_motion
 from tests.support.motions import clip

@@ -11,8 +11,8 @@ import pytest
 from a2v.datasets import load_dataset
 from a2v.datasets.bvh_folder import BVHFolderSettings
 from a2v.errors import InputError
+from a2v.formats import read_motion
 from a2v.formats.bvh import read_bvh, write_bvh
-from a2v.formats.motion import read_motion
 from a2v.kinematics import CMU, bone_lengths, forward_kinematics, inverse_kinematics, skeleton_of
 
 CLIPS = {"walk": ("07/07_01", "08/08_01"), "jump": ("09/09_01", "02/02_04")}

@@ -15,9 +15,9 @@ import pytest
 
 from a2v import Character
 from a2v.animation import retarget, rig_motion
+from a2v.formats import read_motion
 from a2v.formats.bvh import write_bvh
 from a2v.formats.gltf import write_glb
-from a2v.formats.motion import read_motion
 
 ROOT = Path(__file__).resolve().parents[2]
 BONES = ("wrist.L", "wrist.R", "head", "foot.L")

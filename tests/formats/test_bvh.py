@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from a2v import InputError, Motion
+from a2v.formats import read_motion
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.deepmimic import read_deepmimic
-from a2v.formats.motion import read_motion
 from a2v.kinematics import CMU, HUMANACT12, NTU_VIBE, Skeleton, forward_kinematics, rotvec_to_rotmat, skeleton_of
 from a2v.kinematics.names import REQUIRED, canonical_joints
 from a2v.kinematics.resample import resample_motion

@@ -13,8 +13,8 @@ import pytest
 
 from a2v import Character, InputError, Surface
 from a2v.animation import ArapDeformer, deform, retarget
+from a2v.formats import read_motion
 from a2v.formats.gltf import write_glb, write_morph_glb
-from a2v.formats.motion import read_motion
 from a2v.formats.obj_ply import write_obj, write_ply
 from a2v.kinematics import quat_to_rotmat
 

@@ -12,7 +12,7 @@ import pytest
 
 from a2v import Character, InputError
 from a2v.animation import deform, retarget
-from a2v.formats.motion import read_motion
+from a2v.formats import read_motion
 from a2v.formats.usd import write_usd
 
 pxr = pytest.importorskip("pxr", reason="usd-core is not installed (the extra a2v[usd])")

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import struct
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.characters import Clips, check_clips, encode_texture, linear_colors, parent_from_bone
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Character, FloatArray, IntArray, Surface
+from a2v.types import Body, Character, FloatArray, IntArray, Surface
 from a2v.version import __version__
 
 MAX_MORPH_BYTES = 2 << 30
@@ -84,12 +83,7 @@ class _Document:
 
 
 def write_glb(
-    path: str | os.PathLike[str],
-    character: Character,
-    clips: Mapping[str, tuple[FloatArray, float]] | None = None,
-    *,
-    name: str = "character",
-    jpeg_quality: int = 92,
+    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, name: str = "character", jpeg_quality: int = 92
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary.
 
@@ -101,7 +95,7 @@ def write_glb(
     path : path
         Written atomically.
     character : Character
-    clips : mapping of name to (bone transforms (T, B, 4, 4), frames per second)
+    clips : Clips or None
     name : str
         Name of the scene's root.
     jpeg_quality : int
@@ -112,41 +106,46 @@ def write_glb(
     InputError
         A clip has the wrong shape, is not finite or has no frames.
     """
-    body, count = character.body, len(character.body.bone_names)
-    checked = {key: checked_clip(key, value, count) for key, value in (clips or {}).items()}
+    body = character.body
+    checked = check_clips(clips, len(body.bone_names))
     document = _Document(name)
-    mesh = _mesh(document, character, name, jpeg_quality)
+    mesh = _add_mesh(document, character, name, jpeg_quality)
     bind = body.bone_transforms.astype(np.float64)
-    local = local_transforms(bind[None], body.bone_parents)[0]
-    children: list[list[int]] = [[] for _ in range(count)]
+    local = parent_from_bone(bind[None], body.bone_parents)[0]
+    roots = _add_bones(document, body, local)
+    inverse = np.linalg.inv(bind)
+    inverse[:, 3] = [0, 0, 0, 1]
+    document.json["skins"] = [
+        {
+            "name": body.model,
+            "joints": list(range(len(bind))),
+            "skeleton": roots[0],
+            "inverseBindMatrices": document.accessor(np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(len(bind), 16)),
+        }
+    ]
+    skinned = document.node(name=name, mesh=mesh, skin=0)
+    document.json["scenes"][0]["nodes"] = [*roots, skinned]
+    if checked:
+        document.json["animations"] = [_add_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
+    document.write(path)
+
+
+def _add_bones(document: _Document, body: Body, local: FloatArray) -> list[int]:
+    """Make a node of every bone, in their order from node 0 on, at its place `local` (B, 4, 4) in its parent; returns the roots."""
+    children: list[list[int]] = [[] for _ in body.bone_names]
     for bone, parent in enumerate(body.bone_parents.tolist()):
         if parent >= 0:
             children[parent].append(bone)
-    for bone in range(count):  # bones are nodes 0..B-1
+    for bone, name in enumerate(body.bone_names):
         values: dict[str, Any] = {
-            "name": body.bone_names[bone],
+            "name": name,
             "translation": _floats(local[bone, :3, 3]),
             "rotation": _floats(_xyzw(local[bone : bone + 1, :3, :3])[0]),
         }
         if children[bone]:
             values["children"] = children[bone]
         document.node(**values)
-    roots = [bone for bone, parent in enumerate(body.bone_parents.tolist()) if parent < 0]
-    inverse = np.linalg.inv(bind)
-    inverse[:, 3] = [0, 0, 0, 1]
-    document.json["skins"] = [
-        {
-            "name": body.model,
-            "joints": list(range(count)),
-            "skeleton": roots[0],
-            "inverseBindMatrices": document.accessor(np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(count, 16)),
-        }
-    ]
-    skinned = document.node(name=name, mesh=mesh, skin=0)
-    document.json["scenes"][0]["nodes"] = [*roots, skinned]
-    if checked:
-        document.json["animations"] = [_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
-    document.write(path)
+    return [bone for bone, parent in enumerate(body.bone_parents.tolist()) if parent < 0]
 
 
 def write_morph_glb(
@@ -187,7 +186,7 @@ def write_morph_glb(
         )
     document = _Document(name)
     source, _, _ = _corners(surface)
-    mesh = _mesh(document, surface, name, jpeg_quality)
+    mesh = _add_mesh(document, surface, name, jpeg_quality)
     base = surface.vertices[source]
     targets = [{"POSITION": document.accessor(frame[source] - base, target=_ARRAY_BUFFER, bounds=True)} for frame in frames]
     document.json["meshes"][mesh]["primitives"][0]["targets"] = targets
@@ -206,25 +205,6 @@ def write_morph_glb(
     document.write(path)
 
 
-
-
-
-
-# ------------------------------------------------------------------------------------------------------------- parts
-
-
-def checked_clip(name: str, clip: tuple[FloatArray, float], bones: int) -> tuple[FloatArray, float]:
-    """A clip (bone transforms (T, B, 4, 4), fps) in float64, or an `InputError` that names it."""
-    transforms, fps = np.asarray(clip[0], dtype=np.float64), float(clip[1])
-    if transforms.ndim != 4 or transforms.shape[1:] != (bones, 4, 4) or len(transforms) == 0:
-        raise InputError(f"clip '{name}' has bone transforms of shape {transforms.shape}; expected (T, {bones}, 4, 4) with T >= 1")
-    if not np.isfinite(transforms).all():
-        raise InputError(f"clip '{name}' holds NaN or infinite numbers")
-    if not (np.isfinite(fps) and fps > 0):
-        raise InputError(f"clip '{name}' runs at {fps} frames per second; expected a positive number")
-    return transforms, fps
-
-
 def _corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
     """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture coordinates (N, 2), v down."""
     faces = surface.faces.astype(np.int64)
@@ -238,7 +218,8 @@ def _corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
     return unique["v"], index.reshape(-1, 3), coordinates
 
 
-def _mesh(document: _Document, thing: Character | Surface, name: str, quality: int) -> int:
+def _add_mesh(document: _Document, thing: Character | Surface, name: str, quality: int) -> int:
+    """Make a mesh with its material, and skinning weights for a character; returns its index."""
     surface = thing.surface if isinstance(thing, Character) else thing
     source, faces, coordinates = _corners(surface)
     corners = surface.vertices.astype(np.float64)[surface.faces]
@@ -256,14 +237,13 @@ def _mesh(document: _Document, thing: Character | Surface, name: str, quality: i
     }
     if coordinates is not None and surface.texture is not None:
         attributes["TEXCOORD_0"] = document.accessor(coordinates, target=_ARRAY_BUFFER)
-        data, kind = encode_image(surface.texture, quality)
+        data, kind = encode_texture(surface.texture, quality)
         document.json["images"] = [{"name": "texture", "mimeType": kind, "bufferView": document.view(data)}]
         document.json["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
         document.json["textures"] = [{"source": 0, "sampler": 0}]
         material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
     else:
-        color = np.clip(surface.colors[source].astype(np.float64), 0, 1)
-        linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)  # COLOR_0 is linear
+        linear = linear_colors(surface.colors[source])  # COLOR_0 is linear
         levels = np.concatenate([np.round(linear * 65535), np.full((len(linear), 1), 65535)], axis=1).astype(np.uint16)
         attributes["COLOR_0"] = document.accessor(levels, target=_ARRAY_BUFFER, normalized=True)
     if isinstance(thing, Character):
@@ -279,8 +259,11 @@ def _mesh(document: _Document, thing: Character | Surface, name: str, quality: i
     return len(document.json["meshes"]) - 1
 
 
-def _animation(document: _Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:
-    local = local_transforms(transforms, parents)
+def _add_animation(
+    document: _Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray
+) -> dict[str, Any]:
+    """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place `bind` (B, 4, 4) in their parent."""
+    local = parent_from_bone(transforms, parents)
     times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
@@ -290,42 +273,20 @@ def _animation(document: _Document, name: str, transforms: FloatArray, fps: floa
         channels.append({"sampler": len(samplers) - 1, "target": {"node": bone, "path": path}})
 
     for bone in range(local.shape[1]):
-        turn = local[:, bone, :3, :3]
-        if parents[bone] < 0 or np.abs(turn - bind[bone, :3, :3]).max() > 1e-6:
-            channel(bone, "rotation", continuous(_xyzw(turn)))
+        rotmats = local[:, bone, :3, :3]
+        if parents[bone] < 0 or np.abs(rotmats - bind[bone, :3, :3]).max() > 1e-6:
+            channel(bone, "rotation", continuous(_xyzw(rotmats)))
         if parents[bone] < 0 or np.abs(local[:, bone, :3, 3] - bind[bone, :3, 3]).max() > 1e-6:
             channel(bone, "translation", local[:, bone, :3, 3])
     return {"name": name, "samplers": samplers, "channels": channels}
 
 
-def local_transforms(transforms: FloatArray, parents: IntArray) -> FloatArray:
-    """Transforms (T, B, 4, 4) relative to the parents'."""
-    local = transforms.copy()
-    for bone, parent in enumerate(parents.tolist()):
-        if parent >= 0:
-            turn = np.swapaxes(transforms[:, parent, :3, :3], 1, 2)
-            local[:, bone, :3, :3] = turn @ transforms[:, bone, :3, :3]
-            local[:, bone, :3, 3] = np.einsum("tab,tb->ta", turn, transforms[:, bone, :3, 3] - transforms[:, parent, :3, 3])
-    return local
-
-
-def _xyzw(turns: FloatArray) -> FloatArray:
-    quats = rotmat_to_quat(turns.astype(np.float64))
+def _xyzw(rotmats: FloatArray) -> FloatArray:
+    """Quaternions (..., 4) in glTF's order of rotation matrices (..., 3, 3)."""
+    quats = rotmat_to_quat(rotmats.astype(np.float64))
     ordered: FloatArray = quats[..., [1, 2, 3, 0]]
     return ordered
 
 
 def _floats(values: FloatArray) -> list[float]:
     return [float(value) for value in values.astype(np.float32)]
-
-
-def encode_image(texture: np.ndarray, quality: int) -> tuple[bytes, str]:
-    """A texture as JPEG of a quality, or as PNG for 0, and its MIME type."""
-    from PIL import Image
-
-    stream = io.BytesIO()
-    if quality > 0:
-        Image.fromarray(texture).save(stream, format="JPEG", quality=min(quality, 100), subsampling=0)
-        return stream.getvalue(), "image/jpeg"
-    Image.fromarray(texture).save(stream, format="PNG")
-    return stream.getvalue(), "image/png"

@@ -1,6 +1,6 @@
 """A bounded reader of binary glTF 2.0: the container, its accessors and its images.
 
-Only what skinned people need; the semantics (skins, poses) are in `avatars`. The JSON is read with the
+Only what skinned people need; the semantics (skins, poses) are the caller's. The JSON is read with the
 standard library rather than with pygltflib, so that every broken file is named by one clear `InputError`.
 """
 

@@ -1,0 +1,7 @@
+"""BVH files: read any person's skeleton to a `Motion`, write a `Motion` so that every joint position survives."""
+
+from a2v.formats.bvh.conventions import UNITS
+from a2v.formats.bvh.reading import read_bvh
+from a2v.formats.bvh.writing import write_bvh
+
+__all__ = ["UNITS", "read_bvh", "write_bvh"]

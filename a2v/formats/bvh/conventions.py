@@ -1,0 +1,209 @@
+"""What a BVH file leaves open: whether its skeleton is a person's, its unit of length and its upward axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.formats.bvh.parsing import BvhFile
+from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.types import FloatArray
+
+UNITS: dict[str, float] = {
+    "metres": 1.0,
+    "centimetres": 0.01,
+    "millimetres": 0.001,
+    "inches": 0.0254,
+    "feet": 0.3048,
+    "decimetres": 0.1,
+    "CMU units": 0.0254 / 0.45,
+}
+"""Metres of one unit of length, by name; CMU's skeletons are in inches divided by 0.45."""
+
+
+def demand_person(file: BvhFile, canonical: dict[str, int], names: Sequence[str]) -> None:
+    """Refuse a skeleton without the joints of a person.
+
+    Parameters
+    ----------
+    file : BvhFile
+    canonical : dict of str to int
+        What `canonical_joints` found among `names`.
+    names : sequence of str
+        Joints that stand apart from their parent.
+
+    Raises
+    ------
+    InputError
+        It names the file, the line and the joint.
+    """
+    missing = missing_joints(canonical)
+    if not missing:
+        return
+    # a missing limb joint may be there under a known name, merged because its bone has no length
+    every = canonical_joints([node.name for node in file.nodes], [node.parent for node in file.nodes])
+    for name in missing:
+        if name in every:
+            node = file.nodes[every[name]]
+            raise InputError(f"{file.source}:{node.line}: joint '{node.name}' ({name.replace('_', ' ')}) has a bone of zero length")
+    listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    raise InputError(
+        f"{file.source}:{file.nodes[0].line}: unknown joints: no {', '.join(name.replace('_', ' ') for name in missing[:4])}"
+        f"{' ...' if len(missing) > 4 else ''} among {listed}; rename them to Mixamo's, CMU's or SMPL's names"
+    )
+
+
+def demand_limbs(file: BvhFile, local: FloatArray, keep: Sequence[int], canonical: dict[str, int]) -> None:
+    """Refuse arms and legs without a length, and bones out of all proportion.
+
+    Parameters
+    ----------
+    file : BvhFile
+    local : (T, N, 3) float
+        Positions of the file's joints in their parents, the file's units.
+    keep : sequence of int
+        Joints that stand apart from their parent.
+    canonical : dict of str to int
+        Places in `keep` (`canonical_joints`).
+
+    Raises
+    ------
+    InputError
+        It names the file, the line and the joint.
+    """
+    length = np.linalg.norm(np.median(local[:, keep], axis=0), axis=-1)
+    limbs = [canonical[f"{side}_{joint}"] for side in ("left", "right") for joint in ("knee", "ankle", "elbow", "wrist")]
+    middle = float(np.median(length[limbs]))
+    for index in limbs:
+        if length[index] < 0.02 * middle:
+            node = file.nodes[keep[index]]
+            raise InputError(f"{file.source}:{node.line}: joint '{node.name}' has a bone of (nearly) zero length")
+    for index, joint in enumerate(keep):
+        if index and length[index] > 20 * middle:
+            node = file.nodes[joint]
+            raise InputError(f"{file.source}:{node.line}: the bone of '{node.name}' is {length[index] / middle:.0f} times a limb's length")
+
+
+def choose_scale(
+    source: str, offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], units: str | float | None, person: bool
+) -> tuple[float, str]:
+    """Metres a unit of the file, and the unit's name.
+
+    Parameters
+    ----------
+    source : str
+        What messages call the file.
+    offsets : (J, 3) float
+        Bones at rest, the file's units.
+    parents : sequence of J int
+    canonical : dict of str to int
+        `canonical_joints`.
+    units : name in `UNITS`, metres per unit, or None
+        None: the unit that makes the person as tall as people are.
+    person : bool
+        Whether the skeleton is known to be a person's: its height must then be one.
+
+    Raises
+    ------
+    InputError
+        Unknown or unusable units, or a skeleton without a size.
+    """
+    if isinstance(units, str):
+        if units not in UNITS:
+            raise InputError(f"unknown units '{units}'; choose from {', '.join(UNITS)}")
+        return UNITS[units], units
+    if units is not None:
+        if not (math.isfinite(units) and units > 0):
+            raise InputError(f"units is {units}; expected metres per unit, a positive number")
+        return float(units), "given"
+    height = _height(offsets, parents, canonical)
+    if height <= 0:
+        raise InputError(f"{source}: the skeleton has no size; its bones have zero length")
+    if not person:
+        likely = {name: abs(math.log(height * metres / 1.7)) for name, metres in UNITS.items()}
+        best = min(likely, key=likely.__getitem__)
+        return UNITS[best], best
+    likely = {name: abs(math.log(height * metres / 1.65)) for name, metres in UNITS.items() if 0.9 <= height * metres <= 2.4}
+    if not likely:
+        return 1.7 / height, f"unknown: a height of {height:.4g} scaled to 1.7 m"
+    best = min(likely, key=likely.__getitem__)
+    return UNITS[best], best
+
+
+def _height(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int]) -> float:
+    """Rough height of the person in the file's units, from bone lengths."""
+    length = np.linalg.norm(offsets, axis=-1)
+
+    def reach(joint: int, start: int) -> float:
+        total = 0.0
+        while joint not in (start, -1, 0):
+            total += float(length[joint])
+            joint = int(parents[joint])
+        return total
+
+    legs = [reach(canonical[f"{s}_ankle"], canonical[f"{s}_hip"]) for s in ("left", "right") if f"{s}_ankle" in canonical]
+    top = canonical.get("head", canonical.get("neck", canonical.get("left_shoulder", 0)))
+    return (float(np.mean(legs)) + reach(top, 0)) * 1.17 if legs else float(length.sum())
+
+
+def guess_up_axis(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, int], joints: FloatArray) -> str:
+    """The axis that points up, "x" to "-z": the one of the rest pose, unless the file's motion stands along another one.
+
+    Parameters
+    ----------
+    offsets : (J, 3) float
+        Bones at rest.
+    parents : sequence of J int
+    canonical : dict of str to int
+        `canonical_joints`.
+    joints : (T, J, 3) float
+        Positions, any unit.
+    """
+    top = canonical.get("head", canonical.get("neck"))
+    if top is None or "left_ankle" not in canonical or "right_ankle" not in canonical:
+        return "y"
+    rest = np.zeros_like(offsets)
+    for j in range(1, len(offsets)):
+        rest[j] = rest[parents[j]] + offsets[j]
+    feet = [canonical["left_ankle"], canonical["right_ankle"]]
+    standing = rest[top] - rest[feet].mean(0)
+    moving = np.mean(joints[:, top] - joints[:, feet].mean(1), axis=0)
+    size = float(np.linalg.norm(standing)) or 1.0
+    in_rest, in_motion = int(np.argmax(np.abs(standing))), int(np.argmax(np.abs(moving)))
+    upright = abs(moving[in_motion]) > 0.75 * size
+    # someone who lies down also points along another axis, but then the pelvis is not a leg's length above zero along it
+    legs = float(np.linalg.norm(rest[feet].mean(0)))
+    high = float(np.median(joints[:, 0, in_motion])) * np.sign(moving[in_motion])
+    if in_rest != in_motion and upright and 0.6 * legs < high < 1.5 * legs:
+        axis, sign = in_motion, np.sign(moving[in_motion])
+    elif abs(standing[in_rest]) > 0.5 * size:
+        axis, sign = in_rest, np.sign(standing[in_rest])
+        if in_rest == in_motion and upright:
+            sign = np.sign(moving[in_motion])  # a root that turns the whole rest pose over
+    else:
+        axis, sign = (in_motion, np.sign(moving[in_motion])) if upright else (1, 1.0)
+    return ("" if sign > 0 else "-") + "xyz"[axis]
+
+
+def y_up_rotmat(axis: str) -> FloatArray:
+    """Rotation (3, 3) float64 that takes `axis` to +y; z up turns about x, so that -y becomes +z (front in z-up systems).
+
+    Raises
+    ------
+    InputError
+        `axis` is none of x, y, z, -x, -y, -z.
+    """
+    table: dict[str, list[list[int]]] = {
+        "y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        "z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+        "x": [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
+        "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+        "-z": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+        "-x": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
+    }
+    if axis not in table:
+        raise InputError(f"unknown up axis '{axis}'; choose from {', '.join(table)}")
+    return np.asarray(table[axis], dtype=np.float64)

@@ -1,0 +1,236 @@
+"""Reading BVH: the file's transforms in the world, its axes and unit turned into ours."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.formats.bvh.conventions import choose_scale, demand_limbs, demand_person, guess_up_axis, y_up_rotmat
+from a2v.formats.bvh.parsing import POSITION_AXES, ROTATION_AXES, BvhFile, parse_bvh
+from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
+from a2v.kinematics.names import canonical_joints
+from a2v.kinematics.orientations import rotmats_to_chain
+from a2v.kinematics.resample import resample_motion
+from a2v.kinematics.skeleton import Skeleton
+from a2v.types import FloatArray, Motion
+
+MAX_BYTES = 512 << 20
+
+
+def read_bvh(
+    path: str | os.PathLike[str] | bytes,
+    *,
+    fps: float | None = None,
+    units: str | float | None = None,
+    up: str | None = None,
+    person: bool = True,
+    action: str = "",
+    name: str = "BVH text",
+) -> Motion:
+    """Read a BVH file.
+
+    Any order of channels and rotations, position channels on any joint (they replace its OFFSET, as Blender and
+    MotionBuilder do) and End Sites (they become joints ``<parent>_end``) are understood. Joints on top of their parent
+    (zero offset, such as CMU's ``LHipJoint``) are merged into it.
+
+    Parameters
+    ----------
+    path : path, or the text or bytes of a file
+    fps : float or None
+        Resample to this rate (`resample_motion`); None keeps the file's.
+    units : name in `UNITS`, metres per unit, or None
+        None guesses from the person's height; what was chosen is in ``motion.provenance["units"]`` and ``["scale"]``.
+    up : {"x", "y", "z", "-x", "-y", "-z"} or None
+        The file's upward axis; None guesses (see ``provenance["up"]``).
+    person : bool
+        Demand the joints of a person under a known naming scheme (`canonical_joints`); False takes any skeleton.
+    action : str
+        Stored in the motion.
+    name : str
+        What messages call text or bytes.
+
+    Returns
+    -------
+    Motion
+        Metres, y up. Rotations are in the chain convention and keep the file's twists about the bones.
+
+    Raises
+    ------
+    InputError
+        The file is missing, empty, truncated, inconsistent, not finite, of absurd size or not a person; the message names the
+        file and the line.
+    """
+    text, source = _read_text(path, name)
+    file = parse_bvh(text, source)
+    local, world, rotmats = _transforms(file)
+    tree = _merge(file, local)
+    if person:
+        demand_person(file, tree.canonical, tree.names)
+        demand_limbs(file, local, tree.keep, tree.canonical)
+    scale, unit = choose_scale(source, tree.offsets, tree.parents, tree.canonical, units, person)
+    axis = up or guess_up_axis(tree.offsets, tree.parents, tree.canonical, world[:, tree.keep])
+    facts = {"source": source, "units": unit, "scale": scale, "up": axis, "dropped_rest_frame": file.dropped}
+    motion = _motion(
+        tree, local, world, rotmats, scale=scale, to_y_up=y_up_rotmat(axis), fps=_fps(file.frame_time), action=action, facts=facts
+    )
+    return motion if fps is None else resample_motion(motion, fps)
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """The joints that stand apart from their parent: their nodes `keep`, `names`, `parents` among themselves, `canonical` joints,
+    the `bearers` (nodes whose rotation the bones that end at them follow) and bones at rest `offsets` (J, 3), the file's units."""
+
+    keep: list[int]
+    names: list[str]
+    parents: list[int]
+    canonical: dict[str, int]
+    bearers: list[int]
+    offsets: FloatArray
+
+    def ordered(self, order: Sequence[int], parents: list[int]) -> _Tree:
+        """The same joints in another order, with their parents there."""
+        keep, names, bearers = ([values[i] for i in order] for values in (self.keep, self.names, self.bearers))
+        return _Tree(keep, names, parents, canonical_joints(names, parents), bearers, self.offsets[list(order)])
+
+
+def _motion(
+    tree: _Tree,
+    local: FloatArray,
+    world: FloatArray,
+    rotmats: FloatArray,
+    *,
+    scale: float,
+    to_y_up: FloatArray,
+    fps: float,
+    action: str,
+    facts: dict[str, Any],
+) -> Motion:
+    """A tree's motion in metres and y up, its joints in the order of the data set's skeleton where it is one."""
+    known = _known_skeleton(tree.names, tree.parents)
+    if known is not None:  # BVH lists joints depth first
+        tree = tree.ordered([tree.names.index(name) for name in known.joint_names], known.parents.tolist())
+    skeleton = known or skeleton_of("custom", tree.parents, tree.names)
+    joints = (world[:, tree.keep] * scale) @ to_y_up.T
+    bones = np.stack([to_y_up @ rotmats[:, bearer] for bearer in tree.bearers], 1)
+    to_offset = np.tile(np.eye(3), (len(joints), len(tree.keep), 1, 1))
+    to_offset[:, 1:] = rotvec_to_rotmat(
+        swing_between(np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape), local[:, tree.keep[1:]])
+    )
+    return Motion(
+        joints=joints.astype(np.float32),
+        rotations=rotmats_to_chain(bones @ to_offset, skeleton).astype(np.float32),
+        root=joints[:, 0].astype(np.float32),
+        fps=fps,
+        parents=np.asarray(tree.parents),
+        joint_names=tuple(tree.names),
+        skeleton=skeleton.name,
+        action=action,
+        provenance=facts,
+        rest_offsets=np.round((tree.offsets * scale) @ to_y_up.T, 7),
+    )
+
+
+def _read_text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, str]:
+    if isinstance(path, bytes):
+        return path.decode("latin-1"), name
+    if isinstance(path, str) and ("\n" in path or path.lstrip().startswith("HIERARCHY")):
+        return path, name
+    source = Path(path)
+    try:
+        if source.is_dir():
+            raise InputError(f"{source} is a folder; expected a BVH file")
+        size = source.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(f"{source} has {size >> 20} MiB; BVH files up to {MAX_BYTES >> 20} MiB are read: cut or subsample it")
+        return source.read_bytes().decode("latin-1"), str(source)
+    except FileNotFoundError:
+        raise InputError(f"{source} does not exist; give the path of a BVH file") from None
+    except OSError as error:
+        raise InputError(f"{source} cannot be read: {error.strerror}") from error
+
+
+def _transforms(file: BvhFile) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions of every joint in its parent (T, N, 3), in the world (T, N, 3), and world rotations (T, N, 3, 3); the file's units and axes."""
+    local, turned = _local_transforms(file)
+    world, rotmats = np.zeros_like(local), np.zeros_like(turned)
+    for j, node in enumerate(file.nodes):
+        if node.parent < 0:
+            world[:, j], rotmats[:, j] = local[:, j], turned[:, j]
+        else:
+            before = rotmats[:, node.parent]
+            world[:, j] = world[:, node.parent] + np.einsum("tij,tj->ti", before, local[:, j])
+            rotmats[:, j] = before @ turned[:, j]
+    return local, world, rotmats
+
+
+def _local_transforms(file: BvhFile) -> tuple[FloatArray, FloatArray]:
+    """Translations (T, N, 3) and rotations (T, N, 3, 3) of every joint in its parent."""
+    frames, n = len(file.values), len(file.nodes)
+    local = np.zeros((frames, n, 3))
+    rotmats = np.tile(np.eye(3), (frames, n, 1, 1))
+    for j, node in enumerate(file.nodes):
+        local[:, j] = node.offset if node.offset is not None else 0.0
+        for place, channel in enumerate(node.channels or ()):
+            values = file.values[:, node.first + place]
+            if channel in POSITION_AXES:
+                local[:, j, POSITION_AXES[channel]] = values
+            else:
+                axis = np.zeros((frames, 3))
+                axis[:, ROTATION_AXES[channel]] = np.deg2rad(values)
+                rotmats[:, j] = rotmats[:, j] @ rotvec_to_rotmat(axis)
+    return local, rotmats
+
+
+def _merge(file: BvhFile, local: FloatArray) -> _Tree:
+    """The file's joints without those on top of their parent; `local` (T, N, 3) are positions in the parents."""
+    length = np.abs(local).max(axis=(0, 2))
+    tolerance = 1e-6 * max(float(length[1:].max()) if len(length) > 1 else 0.0, 1e-12)
+    keep, merged = [0], {0: 0}  # and for each joint the kept one that stands at its place
+    for j, node in enumerate(file.nodes[1:], start=1):
+        if length[j] > tolerance:
+            keep.append(j)
+            merged[j] = j
+        else:
+            merged[j] = merged[node.parent]
+    if len(keep) < 2:
+        raise InputError(f"{file.source}:{file.nodes[0].line}: every bone has zero length; there is no skeleton to move")
+    new = {old: i for i, old in enumerate(keep)}
+    names = _unique([file.nodes[j].name for j in keep])
+    parents = [-1 if file.nodes[j].parent < 0 else new[merged[file.nodes[j].parent]] for j in keep]
+    # the bone that ends at j is turned by the file's parent of j (a merged helper included)
+    bearers = [max(file.nodes[j].parent, 0) for j in keep]
+    offsets = np.median(local[:, keep], axis=0)
+    offsets[0] = 0
+    return _Tree(keep, names, parents, canonical_joints(names, parents), bearers, offsets)
+
+
+def _unique(names: list[str]) -> list[str]:
+    seen: dict[str, int] = {}
+    out = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        out.append(name if seen[name] == 1 else f"{name}_{seen[name]}")
+    return out
+
+
+def _known_skeleton(names: list[str], parents: list[int]) -> Skeleton | None:
+    """The data set's skeleton with these joints and bones, in whatever order."""
+    tree = {name: names[parent] if parent >= 0 else "" for name, parent in zip(names, parents, strict=True)}
+    for skeleton in SKELETONS.values():
+        pairs = zip(skeleton.joint_names, skeleton.parents.tolist(), strict=True)
+        if tree == {name: skeleton.joint_names[parent] if parent >= 0 else "" for name, parent in pairs}:
+            return skeleton
+    return None
+
+
+def _fps(frame_time: float) -> float:
+    """Frames per second; the usual rates are written with few digits (.0083333 is 120)."""
+    fps = 1.0 / frame_time
+    return float(round(fps)) if round(fps) and abs(fps / round(fps) - 1) < 2e-4 else fps

@@ -1,0 +1,176 @@
+"""Writing BVH: helper joints where the format's rotations cannot follow the bones'."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.formats.bvh.conventions import UNITS
+from a2v.io import atomic_path
+from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
+from a2v.kinematics.orientations import bone_rotmats
+from a2v.types import FloatArray, Motion
+
+_SAME = 2e-5
+"""Radians: bones that agree so well share one joint."""
+
+
+def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimetres") -> None:
+    """Write one clip as BVH (rotation order Z, X, Y; position channels on the root).
+
+    BVH rotates all bones below a joint together, while the chain convention gives every bone its own rotation: where the
+    children of a joint move against each other, each gets a helper joint of zero offset (``<child>_turn``), which
+    `read_bvh` merges away again. Joints whose bone changes length get position channels. So every joint position
+    survives to 1e-4 m, and so do the twists about bones.
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    motion : Motion
+        A single clip.
+    units : name in `UNITS` or metres per unit
+
+    Raises
+    ------
+    InputError
+        `motion` is a batch, or the path cannot be written.
+    """
+    if motion.batch:
+        raise InputError(f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it first")
+    scale = 1.0 / (UNITS[units] if isinstance(units, str) else units)
+    plan = _plan(motion)
+    header, columns = ["HIERARCHY"], []
+
+    def emit(index: int, depth: int) -> None:
+        pad, joint = "\t" * depth, plan[index]
+        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {joint.name}")
+        header.append(pad + "{")
+        header.append(f"{pad}\tOFFSET {_numbers(joint.offset * scale)}")
+        order = "Zrotation Xrotation Yrotation"
+        if joint.positions is not None:
+            header.append(f"{pad}\tCHANNELS 6 Xposition Yposition Zposition {order}")
+            columns.append(joint.positions * scale)
+        else:
+            header.append(f"{pad}\tCHANNELS 3 {order}")
+        columns.append(_euler_zxy(joint.rotmats))
+        for child in joint.children:
+            emit(child, depth + 1)
+        if not joint.children:
+            header.extend([f"{pad}\tEnd Site", pad + "\t{", f"{pad}\t\tOFFSET 0.000000 0.000000 0.000000", pad + "\t}"])
+        header.append(pad + "}")
+
+    emit(0, 0)
+    rates = ["MOTION", f"Frames: {motion.frames}", f"Frame Time: {1.0 / motion.fps:.10f}"]
+    table = np.concatenate(columns, axis=1)
+    with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as stream:
+        stream.write("\n".join([*header, *rates]) + "\n")
+        np.savetxt(stream, table, fmt="%.6f")
+
+
+@dataclass
+class _Joint:
+    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T, 3) or None."""
+
+    name: str
+    offset: FloatArray
+    rotmats: FloatArray
+    positions: FloatArray | None
+    children: list[int] = field(default_factory=list)
+
+
+def _plan(motion: Motion) -> list[_Joint]:
+    """The joints of the file, helpers included, parents first."""
+    count = len(motion.parents)
+    joints = motion.joints.astype(np.float64)
+    vectors = joints - joints[:, np.maximum(motion.parents, 0)]
+    lengths = np.linalg.norm(vectors, axis=-1)
+    middle = np.median(lengths, axis=0)
+    directions, rotmats = _from_rest(motion, vectors, lengths)
+    children: list[list[int]] = [[] for _ in range(count)]
+    for joint in range(1, count):
+        children[int(motion.parents[joint])].append(joint)
+    plan: list[_Joint] = []
+    world: list[FloatArray] = []
+
+    def add(name: str, offset: FloatArray, rotmat: FloatArray, parent: int, positions: FloatArray | None) -> int:
+        local = rotmat if parent < 0 else np.swapaxes(world[parent], -1, -2) @ rotmat
+        plan.append(_Joint(name, offset, local, positions))
+        world.append(rotmat)
+        if parent >= 0:
+            plan[parent].children.append(len(plan) - 1)
+        return len(plan) - 1
+
+    def visit(joint: int, parent: int) -> None:
+        below = children[joint]
+        if not below:
+            rotmat = rotmats[:, joint]
+        else:
+            spread = max(float(np.abs(rotmats[:, c] - rotmats[:, below[0]]).max()) for c in below)
+            rotmat = rotmats[:, below[0]] if spread < _SAME else _fit_rotmats(directions[below] * middle[below, None], vectors[:, below])
+        varies = joint > 0 and float(np.ptp(lengths[:, joint])) > 2e-5
+        positions = joints[:, 0] if joint == 0 else directions[joint] * lengths[:, joint, None] if varies else None
+        offset = np.zeros(3) if joint == 0 else directions[joint] * middle[joint]
+        here = add(motion.joint_names[joint], offset, rotmat, parent, positions)
+        for child in below:
+            helper = here
+            if float(np.abs(rotmats[:, child] - rotmat).max()) >= _SAME:
+                helper = add(f"{motion.joint_names[child]}_turn", np.zeros(3), rotmats[:, child], here, None)
+            visit(child, helper)
+
+    visit(0, -1)
+    return plan
+
+
+def _from_rest(motion: Motion, vectors: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Directions (J, 3) of the bones in the file's rest pose, and rotations (T, J, 3, 3) from there to the bones `vectors` (T, J, 3)."""
+    skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
+    rotmats = bone_rotmats(motion)
+    middle = np.median(lengths, axis=0)
+    given = motion.rest_offsets
+    if given is not None and np.allclose(np.linalg.norm(given, axis=-1)[1:], middle[1:], rtol=0.02, atol=1e-4):
+        directions = given / np.maximum(np.linalg.norm(given, axis=-1, keepdims=True), 1e-12)
+        rotmats[:, 1:] = rotmats[:, 1:] @ rotvec_to_rotmat(swing_between(directions[1:], skeleton.rest_directions[1:]))
+    elif motion.skeleton in SKELETONS:
+        directions = skeleton.rest_directions
+    else:  # the first frame is the rest pose
+        directions = vectors[0] / np.maximum(lengths[0][:, None], 1e-12)
+        rotmats = rotmats @ np.swapaxes(rotmats[:1], -1, -2)
+    # exactly from the rest direction to the bone's, but only where it matters: correcting rounding would set siblings against each other
+    unit = vectors / np.maximum(lengths[..., None], 1e-12)
+    rotated = np.einsum("tjab,jb->tja", rotmats, directions)[:, 1:]
+    off = np.linalg.norm(rotated * lengths[:, 1:, None] - vectors[:, 1:], axis=-1, keepdims=True) > 2e-6
+    rotmats[:, 1:] = rotvec_to_rotmat(swing_between(rotated, np.where(off, unit[:, 1:], rotated))) @ rotmats[:, 1:]
+    return directions, rotmats
+
+
+def _fit_rotmats(rest: FloatArray, now: FloatArray) -> FloatArray:
+    """Rotations (T, 3, 3) that best take vectors `rest` (C, 3) to `now` (T, C, 3) (Kabsch)."""
+    u, _, vt = np.linalg.svd(np.einsum("tca,cb->tab", now, rest))
+    sign = np.ones((*u.shape[:1], 3))
+    sign[:, 2] = np.linalg.det(u @ vt)
+    rotmats: FloatArray = (u * sign[:, None, :]) @ vt
+    return rotmats
+
+
+def _euler_zxy(rotmats: FloatArray) -> FloatArray:
+    """Continuous angles (T, 3) in degrees of rotations (T, 3, 3) = Rz Rx Ry."""
+    x = np.arcsin(np.clip(rotmats[:, 2, 1], -1, 1))
+    locked = np.abs(rotmats[:, 2, 1]) > 1 - 1e-12
+    z = np.where(locked, np.arctan2(rotmats[:, 1, 0], rotmats[:, 0, 0]), np.arctan2(-rotmats[:, 0, 1], rotmats[:, 1, 1]))
+    y = np.where(locked, 0.0, np.arctan2(-rotmats[:, 2, 0], rotmats[:, 2, 2]))
+    angles = np.stack([z, x, y], -1)
+    for t in range(1, len(angles)):  # of the two equal triples take the nearer one, then whole revolutions
+        near = angles[t] + 2 * np.pi * np.round((angles[t - 1] - angles[t]) / (2 * np.pi))
+        other = np.array([angles[t, 0] + np.pi, np.pi - angles[t, 1], angles[t, 2] + np.pi])
+        other += 2 * np.pi * np.round((angles[t - 1] - other) / (2 * np.pi))
+        angles[t] = near if np.abs(near - angles[t - 1]).sum() <= np.abs(other - angles[t - 1]).sum() else other
+    degrees: FloatArray = np.rad2deg(angles)
+    return degrees
+
+
+def _numbers(values: FloatArray) -> str:
+    return " ".join(f"{value:.6f}" for value in values)

@@ -1,0 +1,190 @@
+"""Which file formats there are, by suffix.
+
+A new one takes a module with its reader or writer and an entry in `MOTION_FORMATS` or `CHARACTER_FORMATS` here: reading by suffix,
+what the commands write and what error sentences list follow from the tables. Formats that are pictures (`a2v.rendering.DRAWN_FORMATS`,
+`a2v.rendering.PAGE_FORMATS`) are entries of the same kinds.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from a2v.errors import InputError
+from a2v.formats.bvh import read_bvh, write_bvh
+from a2v.formats.characters import Clips
+from a2v.formats.deepmimic import read_deepmimic
+from a2v.formats.gltf import write_glb
+from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
+from a2v.formats.usd import write_usd
+from a2v.kinematics.resample import resample_motion
+from a2v.types import Character, Motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionFormat:
+    """A kind of file that holds motions.
+
+    Attributes
+    ----------
+    suffixes : tuple of str
+        Lower case, with the dot.
+    read : function of (path, action) or None
+        Reads a file to a `Motion`; `action` is its name where the file has none.
+    write : function of (path, motion) or None
+        Writes a `Motion`, atomically.
+    batches : bool
+        Whether one file holds a batch of clips; else each clip gets a file of its own.
+    title : str
+        What sentences call it; the suffixes without one.
+    """
+
+    suffixes: tuple[str, ...]
+    read: Callable[[Path, str], Motion] | None = None
+    write: Callable[[Path, Motion], object] | None = None
+    batches: bool = False
+    title: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CharacterFormat:
+    """A kind of file that holds an animated character.
+
+    Attributes
+    ----------
+    suffixes : tuple of str
+        Lower case, with the dot.
+    write : function of (path, character, clips)
+        Writes a `Character` and its `Clips`, atomically.
+    """
+
+    suffixes: tuple[str, ...]
+    write: Callable[[Path, Character, Clips], object]
+
+
+MOTION_FORMATS: tuple[MotionFormat, ...] = (
+    MotionFormat(
+        suffixes=(".npz",),
+        read=lambda path, _: Motion.load(path),
+        write=lambda path, motion: motion.save(path),
+        batches=True,
+    ),
+    MotionFormat(suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh),
+    MotionFormat(suffixes=(".txt", ".json"), read=lambda path, action: read_deepmimic(path, action=action), title="DeepMimic's .txt"),
+)
+"""Motions as data: a2v's own ``.npz``, BVH, DeepMimic."""
+
+CHARACTER_FORMATS: tuple[CharacterFormat, ...] = (
+    CharacterFormat(suffixes=(".glb",), write=write_glb),
+    CharacterFormat(suffixes=USD_SUFFIXES, write=write_usd),
+)
+"""Skinned characters: binary glTF, USD."""
+
+_Format = TypeVar("_Format", MotionFormat, CharacterFormat)
+
+
+def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> tuple[str, ...]:
+    """Every suffix that the `formats` can be written under."""
+    return tuple(suffix for item in formats if item.write is not None for suffix in item.suffixes)
+
+
+def readable_motions(last: str = " or ") -> str:
+    """What `read_motion` takes, for sentences: ".npz, .bvh or DeepMimic's .txt"; `last` stands before the last one."""
+    titles = [item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None]
+    return f"{', '.join(titles[:-1])}{last}{titles[-1]}"
+
+
+def writer_of(path: str | os.PathLike[str], formats: Sequence[_Format]) -> _Format:
+    """The one of `formats` that writes files named like `path`.
+
+    Raises
+    ------
+    InputError
+        None does; the suffixes that are known are listed.
+    """
+    target = Path(path)
+    for item in formats:
+        if item.write is not None and target.suffix.lower() in item.suffixes:
+            return item
+    known = suffixes_of(formats)
+    raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(known[:-1])} or {known[-1]}")
+
+
+def read_motion(path: str | os.PathLike[str], *, fps: float | None = None, action: str = "") -> Motion:
+    """Read a motion by its file's suffix.
+
+    Parameters
+    ----------
+    path : path
+        ``.npz`` (`Motion.save`), ``.bvh`` (`read_bvh`) or ``.txt``/``.json`` (DeepMimic's ``Frames``).
+    fps : float or None
+        Resample to this rate; None keeps the file's.
+    action : str
+        Name to store where the file has none; the file's stem without it.
+
+    Returns
+    -------
+    Motion
+        Metres, y up; a batch where the file holds one.
+
+    Raises
+    ------
+    InputError
+        Unknown suffix or unreadable file; the message names it (and the line, where the format has lines).
+    """
+    source = Path(path)
+    suffix = source.suffix.lower()
+    for item in MOTION_FORMATS:
+        if item.read is not None and suffix in item.suffixes:
+            motion = item.read(source, action or source.stem)
+            return motion if fps is None else resample_motion(motion, fps)
+    raise InputError(f"{source}: unknown kind of motion '{suffix or 'without suffix'}'; expected {readable_motions()}")
+
+
+def write_motion(path: str | os.PathLike[str], motion: Motion, formats: Sequence[MotionFormat] = MOTION_FORMATS) -> list[Path]:
+    """Write a clip, or a batch (N,) of clips, by the path's suffix.
+
+    Parameters
+    ----------
+    path : path
+        Where a format holds single clips, a batch becomes ``<stem>_000``, ``<stem>_001``...
+    motion : Motion
+    formats : sequence of MotionFormat
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    InputError
+        No format writes such a name, or the file cannot be written.
+    """
+    target = Path(path)
+    item = writer_of(target, formats)
+    assert item.write is not None
+    if not motion.batch or item.batches:
+        item.write(target, motion)
+        return [target]
+    targets = [target.with_name(f"{target.stem}_{index:03d}{target.suffix}") for index in range(motion.batch[0])]
+    for index, numbered in enumerate(targets):
+        item.write(numbered, motion[index])
+    return targets
+
+
+def write_character(
+    path: str | os.PathLike[str], character: Character, clips: Clips, formats: Sequence[CharacterFormat] = CHARACTER_FORMATS
+) -> None:
+    """Write a character and its clips by the path's suffix.
+
+    Raises
+    ------
+    InputError
+        No format writes such a name, a clip does not fit the character, or the file cannot be written.
+    """
+    target = Path(path)
+    writer_of(target, formats).write(target, character, clips)

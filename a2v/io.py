@@ -8,11 +8,14 @@ from __future__ import annotations
 import csv
 import hashlib
 import os
+import re
+import reprlib
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -87,6 +90,55 @@ def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -
         writer.writerows(rows)
 
 
+def open_file(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a user's file for reading bytes; only regular files, since a pipe may wait for ever and a device may never end.
+
+    Raises
+    ------
+    InputError
+        It is missing, cannot be read, is a folder, or is no regular file.
+    """
+    source = Path(path)
+    try:
+        stream = open(source, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
+    except FileNotFoundError:
+        raise InputError(f"{source} does not exist") from None
+    except IsADirectoryError:
+        raise InputError(f"{source} is a folder; expected a file") from None
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
+        raise InputError(f"cannot read {source}: {getattr(error, 'strerror', None) or error}") from None
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.close()
+        raise InputError(f"{source} is no regular file but a pipe or a device; copy what it gives into a file first")
+    return stream
+
+
+def _open_at_once(name: str, flags: int) -> int:
+    """Open without waiting for somebody who writes to a pipe."""
+    return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30) -> bytes:
+    """Read a user's whole file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read (`open_file`), is empty or is larger than `limit` bytes.
+    """
+    with open_file(path) as stream:
+        try:
+            data = stream.read(limit + 1)
+        except OSError as error:
+            raise InputError(f"cannot read {path}: {error.strerror}") from error
+    if not data:
+        raise InputError(f"{path} is empty")
+    if len(data) > limit:
+        size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit >> 10} KiB"
+        raise InputError(f"{path} is larger than {size}; expected a smaller file")
+    return data
+
+
 def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """Read every array of an ``.npz`` without unpickling anything.
 
@@ -98,21 +150,41 @@ def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """
     source = Path(path)
     try:
-        with np.load(source, allow_pickle=False) as archive:
+        with open_file(source) as stream, np.load(stream, allow_pickle=False) as archive:
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise InputError(f"{source} holds a single array; expected an .npz archive")
             infos = archive.zip.infolist() if archive.zip is not None else []
             if sum(info.file_size for info in infos) > MAX_ARCHIVE_BYTES:
                 raise InputError(f"{source} unpacks to more than {MAX_ARCHIVE_BYTES >> 30} GiB; refusing to read it")
             return {name: archive[name] for name in archive.files}
-    except FileNotFoundError as error:
-        raise InputError(f"{source} does not exist") from error
-    except IsADirectoryError as error:
-        raise InputError(f"{source} is a folder; expected an .npz file") from error
     except InputError:
         raise
     except Exception as error:  # numpy and zipfile raise many kinds for a broken archive
-        raise InputError(f"{source} is not a readable .npz file ({error})") from error
+        raise InputError(f"{source} is not a readable .npz file ({shorten(error)})") from error
+
+
+def shorten(value: object, length: int = 200) -> str:
+    """At most `length` characters of what a message quotes: text as it is, an error by its message or kind, else `reprlib`'s form.
+
+    `reprlib` looks only at the first items of the first levels, so what explodes when it is written out whole stays small.
+    """
+    if isinstance(value, BaseException):
+        text = str(value) or type(value).__name__
+    elif isinstance(value, str):
+        text = value[: length + 1]
+    else:
+        text = reprlib.repr(value)
+    text = " ".join(text[: 4 * length].split())
+    return text if len(text) <= length else f"{text[: length - 1]}…"
+
+
+_UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters but tab and line feed, marks and overrides of the writing direction, and halves of surrogate pairs."""
+
+
+def printable(text: str) -> str:
+    """`text` as it may go to a terminal: characters that would steer it are written as escapes, so ESC becomes ``\\x1b``."""
+    return _UNPRINTABLE.sub(lambda found: ascii(found.group())[1:-1], text)
 
 
 def sha256(data: bytes | str | os.PathLike[str]) -> str:

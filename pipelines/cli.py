@@ -9,10 +9,12 @@ Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input; 130 Ctr
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import errno
 import importlib
 import importlib.util
+import io
 import os
 import signal
 import sys
@@ -20,10 +22,10 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TextIO
 
 from a2v.errors import A2VError, InputError
-from a2v.io import user_cache_folder
+from a2v.io import printable, user_cache_folder
 from a2v.processes import import_folders, safe_children
 
 COMMANDS = {
@@ -78,8 +80,32 @@ def _run_as_program(arguments: list[str]) -> int:
         )
     if folder := user_cache_folder():
         os.environ.setdefault("MPLCONFIGDIR", str(folder / "matplotlib"))
-    with safe_children():
+    with safe_children(), contextlib.redirect_stdout(_Printable(sys.stdout)):
         return _run(arguments)
+
+
+class _Printable(io.TextIOBase):
+    """Standard output without what steers a terminal: names of actions, joints and files come from outside."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write the text in its printable form."""
+        self._stream.write(printable(text))
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush what stands behind."""
+        self._stream.flush()
+
+    def isatty(self) -> bool:
+        """Whether a terminal stands behind."""
+        return self._stream.isatty()
+
+    def fileno(self) -> int:
+        """The file descriptor."""
+        return self._stream.fileno()
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:
@@ -87,7 +113,7 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 
 
 def _fail(message: str, code: int) -> int:
-    print(f"a2v: {' '.join(message.split())}", file=sys.stderr)
+    print(printable(f"a2v: {' '.join(message.split())}"), file=sys.stderr)
     return code
 
 

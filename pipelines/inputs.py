@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
-from pipelines.store import File, Ref, Store, read_bytes
+from a2v.io import read_bytes
+from pipelines.store import File, Ref, Store
 
 if TYPE_CHECKING:
     from a2v.rendering import CameraPath

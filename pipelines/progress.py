@@ -87,7 +87,7 @@ class Monitor:
             whole = data[: data.rfind(b"\n") + 1]  # a line may be half-written
             self._read[entry.name] = self._read.get(entry.name, 0) + len(whole)
             for line in whole.splitlines():
-                with contextlib.suppress(ValueError):
+                with contextlib.suppress(ValueError, KeyError, TypeError, AttributeError):  # no event of ours
                     self._take(json.loads(line))
 
     def _take(self, event: Mapping[str, Any]) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from a2v.errors import InputError
+from a2v.io import printable
 from pipelines import memo
 from pipelines.executors import ExecutorName, SerialExecutor, open_executor
 from pipelines.graph import Graph, build, check_names, downstream_of, inputs_of, needed_for, outputs_of, video_graph
@@ -54,7 +55,7 @@ class Outcome:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the nodes told the user."""
-        return tuple(dict.fromkeys(text for stats in self.nodes.values() for text in stats.notes))
+        return tuple(dict.fromkeys(printable(text) for stats in self.nodes.values() for text in stats.notes))
 
 
 def run(
@@ -139,6 +140,7 @@ def _map(
 def _event_folder(store: Store) -> Iterator[Path]:
     """A new folder for the events of one run; folders that killed runs left a day ago are removed."""
     parent = store.folder / "runs"
+    store.prepare()
     try:
         parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(dir=parent))

@@ -14,6 +14,7 @@ import hashlib
 import io
 import json
 import os
+import stat
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -23,12 +24,14 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path, user_cache_folder
+from a2v.io import atomic_path, read_bytes, user_cache_folder
 from a2v.record import Record
 
 T = TypeVar("T")
 R = TypeVar("R", bound=Record)
 
+MAX_CALL_BYTES = 64 << 20
+"""A longer record of a call is none."""
 IN_USE_SECONDS = 600.0
 """`Store.trim` leaves what was read or written within this time to the runs that may be using it."""
 
@@ -82,34 +85,33 @@ def digest_of(data: bytes) -> str:
     return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
-def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30) -> bytes:
-    """Read a user's whole file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is a folder, is empty or is larger than `limit` bytes.
-    """
-    source = Path(path)
-    if source.is_dir():
-        raise InputError(f"{source} is a folder; expected a file")
-    try:
-        with open(source, "rb") as stream:
-            data = stream.read(limit + 1)
-    except OSError as error:
-        raise InputError(f"cannot read {source}: {error.strerror}") from error
-    if not data:
-        raise InputError(f"{source} is empty")
-    if len(data) > limit:
-        raise InputError(f"{source} is larger than {limit >> 20} MiB; expected a smaller file")
-    return data
-
-
 class Store:
     """A folder of content-named values."""
 
     def __init__(self, folder: str | os.PathLike[str] | None = None) -> None:
         self.folder = Path(folder) if folder is not None else default_folder()
+
+    def prepare(self) -> None:
+        """Make the folder, for its user alone; of one that is there, check that nobody else can change what it remembers.
+
+        Results are believed, so whoever writes here decides what comes out. ``A2V_SHARED_STORE=1`` says that they are trusted.
+
+        Raises
+        ------
+        InputError
+            The folder, or one in it, belongs to another user or can be written by others.
+        """
+        with contextlib.suppress(OSError):  # whoever writes first says why it cannot be
+            self.folder.mkdir(mode=0o777 if _shared() else 0o700, parents=True)
+        if _shared() or not hasattr(os, "getuid"):
+            return
+        for part in (self.folder, self.folder / "objects", self.folder / "calls"):
+            with contextlib.suppress(OSError):  # not there yet, or not ours to look at
+                if others := others_who_write(part):
+                    raise InputError(
+                        f"the store {part} {others}, and what it remembers is believed; choose another with --cache or A2V_CACHE, "
+                        f"let only yourself write there (chmod go-w), or set A2V_SHARED_STORE=1 if you trust whoever can"
+                    )
 
     def path(self, ref: Ref[Any]) -> Path:
         """Where `ref` is or would be."""
@@ -166,17 +168,20 @@ class Store:
         """The remembered (result, facts) of a call, or None where it is unknown or any of its values is gone."""
         path = self._call(node, key)
         try:
-            record = json.loads(path.read_text())
+            record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
+            if record.pop("call") != [node, key]:  # moved here from another call
+                return None
             result = _decode(record.pop("result"))
+            _check_facts(record)
             os.utime(path)
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             return None
         return (result, record) if all(self.has(ref) for ref in refs_in(result)) else None
 
     def remember(self, node: str, key: str, result: Any, facts: dict[str, Any]) -> None:
         """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them)."""
         with atomic_path(self._call(node, key)) as temporary:
-            temporary.write_text(json.dumps({"result": _encode(result), **facts}))
+            temporary.write_text(json.dumps({"call": [node, key], "result": _encode(result), **facts}))
 
     # --- housekeeping
 
@@ -214,6 +219,36 @@ class Store:
         return removed
 
 
+def others_who_write(folder: Path) -> str:
+    """Who besides this user and root may change the files of `folder`, as the end of a sentence; empty where nobody may."""
+    facts = folder.stat()
+    if facts.st_uid not in (os.getuid(), 0):
+        return f"belongs to another user (number {facts.st_uid})"
+    if facts.st_mode & stat.S_IWOTH:
+        return "can be written by every user"
+    if facts.st_mode & stat.S_IWGRP and not _own_group(facts.st_gid):
+        return f"can be written by a group (number {facts.st_gid})"
+    return ""
+
+
+def _own_group(number: int) -> bool:
+    """Whether a group is root's, or the private one that many systems give each user."""
+    import grp
+    import pwd
+
+    if number == 0 or number != os.getgid():
+        return number == 0
+    try:
+        group, user = grp.getgrgid(number), pwd.getpwuid(os.getuid()).pw_name
+    except KeyError:  # a number without a name, as in containers
+        return True
+    return group.gr_name == user and set(group.gr_mem) <= {user}
+
+
+def _shared() -> bool:
+    return os.environ.get("A2V_SHARED_STORE") == "1"
+
+
 def default_folder() -> Path:
     """``$A2V_CACHE``, else ``a2v`` in the user's cache folder."""
     if given := os.environ.get("A2V_CACHE"):
@@ -234,6 +269,19 @@ def refs_in(value: Any) -> Iterator[Ref[Any]]:
     elif isinstance(value, np.ndarray):
         for item in value.ravel().tolist():
             yield from refs_in(item)
+
+
+def _check_facts(facts: dict[str, Any]) -> None:
+    """Raise TypeError unless these are a call's facts: numbers, notes as text, measures by name."""
+    notes, measures = facts.get("notes") or [], facts.get("measures") or {}
+    numbers = [facts.get(name, 0.0) for name in ("seconds", "cpu", "peak", "start")]
+    if (
+        not isinstance(notes, list)
+        or not all(isinstance(text, str) for text in notes)
+        or not isinstance(measures, dict)
+        or not all(isinstance(value, int | float) for value in numbers)
+    ):
+        raise TypeError("no facts of a call")
 
 
 def _encode(value: Any) -> Any:

@@ -90,6 +90,11 @@ def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]
         motion = read_motion(path)
         clips = [motion[index] for index in np.ndindex(motion.batch)] if motion.batch else [motion]
         others.setdefault(name, {}).setdefault(motion.action, []).extend(clip.first(settings.frames) for clip in clips)
+    if taken := sorted(name for name in (*models, *others) if name.lower() == REAL or not name or (name in models and name in others)):
+        raise InputError(
+            f"'{taken[0]}' cannot name a source of motions: '{REAL}' is kept for the recorded clips and every name stands once; "
+            "rename the model's file or the NAME of --motions"
+        )
     if actions is None:
         actions = sorted({action for own in others.values() for action in own})
     if REAL in sources:

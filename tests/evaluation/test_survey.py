@@ -327,3 +327,12 @@ def test_the_command_makes_and_analyses(tmp_path, capsys):
     assert json.loads(out.with_suffix(".json").read_text())["participants"] == 3
     assert main(["survey", "--analyse", files[0]]) == 2
     assert "give --key" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["real", "Real", "cmu", ""])
+def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys, name):
+    person(frames=4).save(tmp_path / "clips.npz")
+    words = ["--model", "cmu", "--motions", f"{name}={tmp_path / 'clips.npz'}", "--real_or_fake", "0", "--preference", "2", "--frames", "4"]
+    assert main(["survey", *words, "--out", str(tmp_path / "page.html")]) == 2
+    assert "cannot name a source of motions" in capsys.readouterr().err
+    assert not (tmp_path / "page.html").exists()

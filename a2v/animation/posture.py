@@ -54,7 +54,7 @@ def standing_posture(motion: Motion) -> Posture:
     """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's table.
 
     The tables are medians over frames in which people of the data set stand still and upright, HumanAct12 after
-    `upright_turn` (CMU: 116 clips, HumanAct12: 138); the foot's dip is the mean of those and of feet at rest in walks.
+    `a2v.animation.source.upright_rotmat` (CMU: 116 clips, HumanAct12: 138); the foot's dip is the mean of those and of feet at rest in walks.
     """
     rest = _rest_pose(motion)
     if rest is None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.animation.posture import standing_posture, straightened, upright_back
-from a2v.animation.retarget import heading_turn, source_joints
 from a2v.animation.rig import SIDES, Rig, joints_of, place, rig_of
+from a2v.animation.source import heading_rotmat, source_joints
 from a2v.evaluation.physics import foot_skating
 from a2v.types import Body, FloatArray, Motion
 
@@ -59,7 +59,7 @@ def measure_retargeting(motion: Motion, body: Body, transforms: FloatArray) -> R
     world = transforms.astype(np.float64)
     joints = joints_of(world, rig)
     source = source_joints(motion)
-    turn = heading_turn(source)
+    turn = heading_rotmat(source)
     source = {name: points @ turn.T for name, points in source.items()}
     middle = 0.5 * (joints["left_hip"] + joints["right_hip"])
 

@@ -235,7 +235,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     """
     if motion.joint_names == skeleton.joint_names:
         return motion.joints.astype(np.float32)
-    from a2v.animation.retarget import source_joints
+    from a2v.animation.source import source_joints
     from a2v.kinematics.names import canonical_joints, missing_joints
 
     wanted = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())

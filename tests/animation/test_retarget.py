@@ -12,8 +12,8 @@ from a2v import Body, InputError, Motion
 from a2v.animation import RetargetSettings, retarget, rig_motion
 from a2v.animation.contacts import find_contacts
 from a2v.animation.posture import knee_bend, lean_of, standing_posture, straightened
-from a2v.animation.retarget import heading_turn, source_joints, source_leg_length
 from a2v.animation.rig import SIDES, joints_of, place, rig_of
+from a2v.animation.source import heading_rotmat, source_joints, source_leg_length
 from a2v.body import load_body_model, make_body
 from a2v.evaluation.physics import jitter
 from a2v.evaluation.retargeting import measure_retargeting
@@ -76,7 +76,7 @@ def test_raw_limbs_point_where_the_motion_points(body: Body, cartwheel: Path) ->
     motion = read_motion(cartwheel, fps=20)
     joints = joints_of(retarget(motion, body, settings=RAW).astype(np.float64), rig_of(body))
     source = straightened(source_joints(motion), standing_posture(motion), rig_of(body))
-    turn = heading_turn(source)
+    turn = heading_rotmat(source)
     for side in SIDES:
         for a, b in LIMBS:
             wanted = unit(source[f"{side}_{b}"] - source[f"{side}_{a}"]) @ turn.T

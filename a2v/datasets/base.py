@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,25 @@ class NativeFrame:
         """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own inverse."""
         flipped: FloatArray = joints * np.asarray(self.signs, dtype=np.float32)
         return flipped
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """One clip of a data set, as a loader reads it.
+
+    Attributes
+    ----------
+    joints : (T, J, 3) float32
+        Axes of the world, native units.
+    action : int
+        Index into the data set's actions.
+    name, subject : str
+    """
+
+    joints: FloatArray
+    action: int
+    name: str
+    subject: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +107,17 @@ class ActionDataset:
     frame: NativeFrame = NativeFrame()
     trajectory: bool = True
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def from_clips(cls, clips: Sequence[Clip], **facts: Any) -> ActionDataset:
+        """A data set of these clips; `facts` are all attributes that no clip has."""
+        return cls(
+            joints=tuple(clip.joints for clip in clips),
+            labels=np.asarray([clip.action for clip in clips], dtype=np.int64),
+            clip_names=tuple(clip.name for clip in clips),
+            subjects=tuple(clip.subject for clip in clips),
+            **facts,
+        )
 
     def __len__(self) -> int:
         return len(self.joints)
@@ -300,7 +331,13 @@ class FileSource:
             raise InputError(f"{where} cannot be read ({error})") from None
 
     def read_npy(self, name: str) -> np.ndarray:
-        """One ``.npy`` array, never unpickled."""
+        """One ``.npy`` array, never unpickled.
+
+        Raises
+        ------
+        InputError
+            As of `read`, or it is no such file.
+        """
         data = self.read(name)
         try:
             array = np.load(io.BytesIO(data), allow_pickle=False)
@@ -311,11 +348,25 @@ class FileSource:
         return array
 
 
-def find_source(path: str | Path, archive: str, marker: str) -> FileSource:
-    """The source of a data set: `path` itself, or the `archive` or folder inside it that holds `marker` files."""
+def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
+    """The source of a data set: `path` itself, or the `archive` inside it.
+
+    Parameters
+    ----------
+    path : path
+    archive : str
+        Name of the published zip.
+    marker : str
+        How the name of a file that must be there ends.
+
+    Raises
+    ------
+    InputError
+        No such folder or zip, or none of its files ends so.
+    """
     root = Path(path)
-    candidates = [root / archive] if root.is_dir() and (root / archive).is_file() else [root]
-    source = FileSource(candidates[0])
+    found = root / archive if root.is_dir() and (root / archive).is_file() else root
+    source = FileSource(found)
     if not source.names(marker):
-        raise InputError(f"{candidates[0]} holds no *{marker} files; expected the folder or zip of the data set ({archive})")
+        raise InputError(f"{found} holds no *{marker} files; expected the folder or zip of the data set ({archive})")
     return source

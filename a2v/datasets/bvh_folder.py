@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from a2v.datasets.base import ActionDataset, FileSource, check_joints
+from a2v.datasets.base import ActionDataset, Clip, FileSource, check_joints
 from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh
 from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
@@ -70,7 +70,7 @@ def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None,
     source = FileSource(Path(path))
     names = _clips(source)
     actions = tuple(sorted({action for action, _, _ in names.values()}))
-    joints, labels, subjects, clips = [], [], [], []
+    clips = []
     first: tuple[str, Motion] | None = None
     units: str | float | None = settings.units or None
     up: str | None = settings.up or None
@@ -82,21 +82,16 @@ def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None,
             units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
         else:
             _demand_same_joints(motion, where, first)
-        joints.append(check_joints(motion.joints, len(motion.parents), where))
-        labels.append(actions.index(action))
-        subjects.append(subject)
-        clips.append(clip)
+        joints = check_joints(motion.joints, len(motion.parents), where)
+        clips.append(Clip(joints=joints, action=actions.index(action), name=clip, subject=subject))
         if progress is not None:
             progress(done + 1, len(names))
     assert first is not None
-    return ActionDataset(
+    return ActionDataset.from_clips(
+        clips,
         name="bvh",
         skeleton=_skeleton(first[1]),
         actions=actions,
-        joints=tuple(joints),
-        labels=np.asarray(labels, dtype=np.int64),
-        clip_names=tuple(clips),
-        subjects=tuple(subjects),
         fps=settings.fps,
         length=settings.frames,
         notes=(f"units: {first[1].provenance['units']}, up: {up}, as in {first[0]}",),

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from a2v.datasets.base import ActionDataset, NativeFrame, check_joints, find_source
+from a2v.datasets.base import ActionDataset, Clip, NativeFrame, check_joints, find_source
 from a2v.errors import InputError
 from a2v.kinematics import CMU
 
@@ -32,7 +32,7 @@ def load_cmu(path: str | Path) -> ActionDataset:
     InputError
         The list or a clip is missing or damaged; the message names the file.
     """
-    source = find_source(path, "cmu_mocap.zip", "pose_clip.csv")
+    source = find_source(path, archive="cmu_mocap.zip", marker="pose_clip.csv")
     list_name = source.names("pose_clip.csv")[0]
     try:
         rows = list(csv.DictReader(io.StringIO(source.read(list_name).decode("utf-8"))))
@@ -41,7 +41,7 @@ def load_cmu(path: str | Path) -> ActionDataset:
     if not rows or not {"motion", "action_type"} <= set(rows[0]):
         raise InputError(f"{source.path}/{list_name}: expected the columns motion and action_type")
     files = {PurePosixPath(name).stem: name for name in source.names(".npy")}
-    joints, labels, clips = [], [], []
+    clips = []
     for line, row in enumerate(rows, start=2):
         motion, action = (row["motion"] or "").strip(), (row["action_type"] or "").strip()
         if not motion and not action:
@@ -51,18 +51,6 @@ def load_cmu(path: str | Path) -> ActionDataset:
         if motion not in files:
             raise InputError(f"{source.path}/{list_name}, line {line}: clip {motion}.npy is missing")
         array = check_joints(source.read_npy(files[motion]), CMU.n_joints, f"{source.path}/{files[motion]}")
-        joints.append(array / np.float32(FILE_UNITS))
-        labels.append(ACTIONS.index(action))
-        clips.append(motion)
-    return ActionDataset(
-        name="cmu",
-        skeleton=CMU,
-        actions=ACTIONS,
-        joints=tuple(joints),
-        labels=np.asarray(labels, dtype=np.int64),
-        clip_names=tuple(clips),
-        subjects=tuple(clip.split("_")[0] for clip in clips),
-        fps=FPS,
-        length=100,
-        frame=FRAME,
-    )
+        joints = array / np.float32(FILE_UNITS)
+        clips.append(Clip(joints=joints, action=ACTIONS.index(action), name=motion, subject=motion.split("_")[0]))
+    return ActionDataset.from_clips(clips, name="cmu", skeleton=CMU, actions=ACTIONS, fps=FPS, length=100, frame=FRAME)

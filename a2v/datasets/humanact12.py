@@ -6,9 +6,7 @@ import re
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
-import numpy as np
-
-from a2v.datasets.base import ActionDataset, NativeFrame, check_joints, find_source
+from a2v.datasets.base import ActionDataset, Clip, NativeFrame, check_joints, find_source
 from a2v.errors import InputError
 from a2v.kinematics import HUMANACT12
 
@@ -53,29 +51,22 @@ def load_humanact12(path: str | Path, *, grain: Literal["coarse", "fine"] = "coa
     InputError
         No clips there, or a clip is damaged; the message names the file.
     """
-    source = find_source(path, "humanact12.zip", ".npy")
-    names = HUMANACT12.n_joints
+    source = find_source(path, archive="humanact12.zip", marker=".npy")
     table = COARSE if grain == "coarse" else FINE
     codes = list(table)
-    joints, labels, clips, subjects = [], [], [], []
+    clips = []
     for name in source.names(".npy"):
         stem = PurePosixPath(name).stem
         match = _NAME.match(stem)
         if match is None or match["code"][: len(codes[0])] not in table:
             raise InputError(f"{source.path}/{name}: expected a name such as P01G01R01F0001T0064A0101.npy (action code after A)")
-        array = check_joints(source.read_npy(name), names, f"{source.path}/{name}")
-        joints.append(FRAME.flip(array))
-        labels.append(codes.index(match["code"][: len(codes[0])]))
-        clips.append(stem)
-        subjects.append(f"P{match['subject']}")
-    return ActionDataset(
+        joints = FRAME.flip(check_joints(source.read_npy(name), HUMANACT12.n_joints, f"{source.path}/{name}"))
+        clips.append(Clip(joints=joints, action=codes.index(match["code"][: len(codes[0])]), name=stem, subject=f"P{match['subject']}"))
+    return ActionDataset.from_clips(
+        clips,
         name="humanact12" if grain == "coarse" else "humanact12-fine",
         skeleton=HUMANACT12,
         actions=tuple(table.values()),
-        joints=tuple(joints),
-        labels=np.asarray(labels, dtype=np.int64),
-        clip_names=tuple(clips),
-        subjects=tuple(subjects),
         fps=FPS,
         length=60,
         frame=FRAME,

@@ -6,14 +6,17 @@ The annotations are no longer offered for download; the loader is for those who 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from a2v.datasets.arrays_pickle import read_arrays_pickle
-from a2v.datasets.base import ActionDataset, FileSource, NativeFrame, check_joints
+from a2v.datasets.base import ActionDataset, Clip, FileSource, NativeFrame, check_joints
 from a2v.errors import InputError
 from a2v.kinematics import NTU_VIBE
+from a2v.types import FloatArray
 
 LIST_NAME = "ntu_vibe_list.txt"
 """Lists the pickles, one path a line, relative to its own folder."""
@@ -55,53 +58,67 @@ def load_ntu_vibe(path: str | Path) -> ActionDataset:
     lists = source.names(LIST_NAME)
     if not lists:
         raise InputError(f"{source.path} holds no {LIST_NAME}; expected the folder of NTU-VIBE with this list and the pickles it names")
-    folder = PurePosixPath(lists[0]).parent
-    try:
-        lines = source.read(lists[0]).decode("utf-8").splitlines()
-    except UnicodeDecodeError:
-        raise InputError(f"{source.path}/{lists[0]} is no UTF-8 text") from None
-    numbers = list(ACTIONS)
-    joints, labels, clips, subjects, without = [], [], [], [], []
-    for line, text in enumerate(lines, start=1):
-        entry = PurePosixPath(text.strip().replace("\\", "/"))
-        if not entry.name:
-            continue
-        here = f"{source.path}/{lists[0]}, line {line}"
-        if entry.is_absolute() or ".." in entry.parts:
-            raise InputError(f"{here}: '{entry}' leads out of the folder; expected a path below {folder or '.'}")
-        match = _NAME.match(entry.stem)
-        if match is None or int(match["action"]) not in ACTIONS:
-            raise InputError(f"{here}: '{entry.name}' has no known action number after A; expected one of {', '.join(map(str, numbers))}")
-        name = (folder / entry).as_posix()
-        where = f"{source.path}/{name}"
-        tracks = read_arrays_pickle(source.read(name), where)
-        if not isinstance(tracks, dict):
-            raise InputError(f"{where} holds a {type(tracks).__name__}; expected VIBE's dict of tracks")
-        track = tracks.get(1)
-        if not isinstance(track, dict) or "joints3d" not in track:
-            without.append(entry.name)
-            continue
-        found = track["joints3d"]
-        if not isinstance(found, np.ndarray):
-            raise InputError(f"{where}: 'joints3d' of track 1 is no array")
-        poses = check_joints(found, VIBE_JOINTS, where)[:, list(KEPT_JOINTS)]
-        joints.append(FRAME.flip(poses))
-        labels.append(numbers.index(int(match["action"])))
-        clips.append(entry.stem)
-        subjects.append(f"P{match['subject']}" if match["subject"] else "unknown")
-    if not joints:
+    clips, without = [], []
+    for entry in _read_list(source, lists[0]):
+        joints = _read_joints(source, (PurePosixPath(lists[0]).parent / entry.path).as_posix())
+        if joints is None:
+            without.append(entry.path.name)
+        else:
+            clips.append(Clip(joints=joints, action=entry.action, name=entry.path.stem, subject=entry.subject))
+    if not clips:
         raise InputError(f"{source.path}/{lists[0]} names no clip with a track 1; expected paths of VIBE's pickles")
-    return ActionDataset(
+    return ActionDataset.from_clips(
+        clips,
         name="ntu_vibe",
         skeleton=NTU_VIBE,
         actions=tuple(ACTIONS.values()),
-        joints=tuple(joints),
-        labels=np.asarray(labels, dtype=np.int64),
-        clip_names=tuple(clips),
-        subjects=tuple(subjects),
         fps=FPS,
         length=60,
         frame=FRAME,
         trajectory=False,
         notes=(f"{len(without)} files without a track 1 were passed over, such as {without[0]}",) if without else (),
     )
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A line of the list: a pickle's path relative to the list's folder, the index of its action, and its subject."""
+
+    path: PurePosixPath
+    action: int
+    subject: str
+
+
+def _read_list(source: FileSource, name: str) -> Iterator[_Entry]:
+    """The entries of the list of that name, in its order, each checked when it is asked for."""
+    try:
+        lines = source.read(name).decode("utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(f"{source.path}/{name} is no UTF-8 text") from None
+    numbers = list(ACTIONS)
+    for line, text in enumerate(lines, start=1):
+        entry = PurePosixPath(text.strip().replace("\\", "/"))
+        if not entry.name:
+            continue
+        here = f"{source.path}/{name}, line {line}"
+        if entry.is_absolute() or ".." in entry.parts:
+            raise InputError(f"{here}: '{entry}' leads out of the folder; expected a path below {PurePosixPath(name).parent or '.'}")
+        match = _NAME.match(entry.stem)
+        if match is None or int(match["action"]) not in ACTIONS:
+            raise InputError(f"{here}: '{entry.name}' has no known action number after A; expected one of {', '.join(map(str, numbers))}")
+        yield _Entry(entry, numbers.index(int(match["action"])), f"P{match['subject']}" if match["subject"] else "unknown")
+
+
+def _read_joints(source: FileSource, name: str) -> FloatArray | None:
+    """Joints (T, 18, 3) float32 of track 1 of a pickle, in the world's axes; None without a track 1."""
+    where = f"{source.path}/{name}"
+    tracks = read_arrays_pickle(source.read(name), where)
+    if not isinstance(tracks, dict):
+        raise InputError(f"{where} holds a {type(tracks).__name__}; expected VIBE's dict of tracks")
+    track = tracks.get(1)
+    if not isinstance(track, dict) or "joints3d" not in track:
+        return None
+    found = track["joints3d"]
+    if not isinstance(found, np.ndarray):
+        raise InputError(f"{where}: 'joints3d' of track 1 is no array")
+    return FRAME.flip(check_joints(found, VIBE_JOINTS, where)[:, list(KEPT_JOINTS)])

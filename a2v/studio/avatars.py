@@ -194,7 +194,7 @@ def linear_blend(points: FloatArray, weights: FloatArray, bones: IntArray, moves
     return np.asarray(np.einsum("vk,vki->vi", weights, placed), np.float32)
 
 
-def a_pose(arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0) -> dict[str, tuple[float, float, float]]:
+def a_pose(*, arms: float = 40.0, feet: float = 6.0, elbows: float = 12.0, fingers: float = 14.0) -> dict[str, tuple[float, float, float]]:
     """A relaxed standing pose for `Avatar.bone_transforms`.
 
     Parameters

@@ -111,14 +111,11 @@ class Guide(Record):
 
     def __post_init__(self) -> None:
         sizes = {"B": len(self.bone_names)}
-        self._check("vertices", ("G", 3), sizes)
-        self._check("faces", ("F", 3), sizes)
-        self._check("weights", ("G", 4), sizes)
-        self._check("bones", ("G", 4), sizes)
-        self._check("heads", ("B", 3), sizes)
-        self._check("parts", ("G",), sizes)
-        self._check("landmarks", (33, 3))
-        self._check("landmark_bones", (33,))
+        for name, shape in {
+            "vertices": ("G", 3), "faces": ("F", 3), "weights": ("G", 4), "bones": ("G", 4), "heads": ("B", 3), "parts": ("G",),
+            "landmarks": (33, 3), "landmark_bones": (33,),
+        }.items():  # fmt: skip
+            self._check(name, shape, sizes)
 
     def posed(self, avatar: Avatar, build: Build, transforms: FloatArray) -> FloatArray:
         """Vertices (G, 3) float32 on the rig of another avatar, with a build, at world-from-bone `transforms` (B, 4, 4) of the built avatar.
@@ -162,16 +159,18 @@ def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: Gu
     transforms : (B, 4, 4)
     view : (3,)
         Towards the camera, world, unit.
+    errors : GuideErrors
+    generator : numpy Generator
     """
     rest = avatar.rest_transforms.astype(np.float64)
-    turns = transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(rest[:, :3, :3], 1, 2)
+    posed_rotmat = transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(rest[:, :3, :3], 1, 2)
     heads = transforms[:, :3, 3].astype(np.float64)
     number = {name: index for index, name in enumerate(avatar.bone_names)}
     right = np.cross([0.0, 1.0, 0.0], view)
     right /= max(float(np.linalg.norm(right)), 1e-9)
-    lean = _turn(errors.lean * _heavy(generator) * right)
+    lean = _rotmat_of_degrees(errors.lean * _heavy(generator) * right)
     trunk = heads[number["Neck"]] - heads[number["Hips"]]
-    heading = _turn(errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9))
+    heading = _rotmat_of_degrees(errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9))
     error = np.tile(np.eye(3), (len(rest), 1, 1))
     result = transforms.astype(np.float64)
     for bone, name in enumerate(avatar.bone_names):
@@ -182,22 +181,22 @@ def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: Gu
             kind, end = _SEGMENTS[stem]
             along = heads[number[side + end]] - heads[bone]
             # the head of the bone is wrong already by what its parents err: the keypoints pull its other end back
-            gap = np.zeros(3) if parent < 0 else _placed(result, error, turns, rest, bone, parent) - heads[bone]
+            gap = np.zeros(3) if parent < 0 else _placed(result, error, posed_rotmat, rest, bone, parent) - heads[bone]
             own = lean @ _segment_error(along, gap, view, kind, errors, generator)
             # the keypoints hold the limbs where they are, whatever the trunk's heading
             error[bone] = own @ heading if kind in ("torso", "head") else own
         elif parent >= 0:
             error[bone] = error[parent]
-        new = error[bone] @ turns[bone]
+        new = error[bone] @ posed_rotmat[bone]
         result[bone, :3, :3] = new @ rest[bone, :3, :3]
         if parent >= 0:
-            result[bone, :3, 3] = _placed(result, error, turns, rest, bone, parent)
+            result[bone, :3, 3] = _placed(result, error, posed_rotmat, rest, bone, parent)
     return result
 
 
-def _placed(result: FloatArray, error: FloatArray, turns: FloatArray, rest: FloatArray, bone: int, parent: int) -> FloatArray:
+def _placed(result: FloatArray, error: FloatArray, posed_rotmat: FloatArray, rest: FloatArray, bone: int, parent: int) -> FloatArray:
     """Where the disturbed parent puts the head of a bone (3,)."""
-    return np.asarray(result[parent, :3, 3] + error[parent] @ turns[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3]))
+    return np.asarray(result[parent, :3, 3] + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3]))
 
 
 def _segment_error(
@@ -216,9 +215,9 @@ def _segment_error(
     depth = generator.choice(proposed, p=likely / likely.sum())
     plane = errors.plane_hands if kind == "hands" else errors.plane_torso if kind == "torso" else errors.plane_limbs
     correction = -0.8 * np.degrees(gap @ across / max(length * np.cos(tilt), 0.05)) if errors.looks > 0 else 0.0
-    turn = plane * _heavy(generator) + np.clip(correction, -8, 8)
+    beside = plane * _heavy(generator) + np.clip(correction, -8, 8)
     twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy(generator)
-    return _turn(np.degrees(depth) * across + turn * view) @ _turn(twist * along / length)
+    return _rotmat_of_degrees(np.degrees(depth) * across + beside * view) @ _rotmat_of_degrees(twist * along / length)
 
 
 def _heavy(generator: np.random.Generator) -> float:
@@ -226,8 +225,9 @@ def _heavy(generator: np.random.Generator) -> float:
     return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))
 
 
-def _turn(degrees: FloatArray) -> FloatArray:
-    return np.asarray(rotvec_to_rotmat(np.radians(degrees)))
+def _rotmat_of_degrees(rotvec: FloatArray) -> FloatArray:
+    """Rotation matrix (3, 3) of a rotation vector (3,) in degrees."""
+    return np.asarray(rotvec_to_rotmat(np.radians(rotvec)))
 
 
 def girth_errors(errors: GuideErrors, generator: np.random.Generator) -> dict[str, float]:

@@ -95,19 +95,7 @@ def light_scene(rays: RayScene, scene: Scene, fore: SideView, generator: np.rand
 
 
 def photograph_scene(rays: RayScene, scene: Scene, fore: SideView, lit: Lit, generator: np.random.Generator) -> Photograph:
-    """Photograph a lit scene before a drawn background.
-
-    Parameters
-    ----------
-    rays : RayScene
-        Of the person.
-    scene : Scene
-    fore : SideView
-        The person from the front, 512 pixels a side.
-    lit : Lit
-        What `light_scene` made.
-    generator : numpy Generator
-    """
+    """Photograph a scene before a drawn background; `lit` is what `light_scene` made of the other arguments."""
     import cv2
 
     surface, camera, size = scene.surface, scene.camera, PHOTO_SIZE

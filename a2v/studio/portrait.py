@@ -112,10 +112,10 @@ class Portrait(Record):
 def portrait_camera(vertices: FloatArray, settings: PortraitSettings) -> ViewCamera:
     """The camera of `take_portrait`: aimed so that the whole of `vertices` (V, 3) stands centred in the picture."""
     points = np.asarray(vertices, np.float64)
-    turn = np.radians(settings.yaw)
+    yaw = np.radians(settings.yaw)
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
-    origin = np.array([middle[0] + settings.distance * np.sin(turn), settings.height, middle[2] + settings.distance * np.cos(turn)])
+    origin = np.array([middle[0] + settings.distance * np.sin(yaw), settings.height, middle[2] + settings.distance * np.cos(yaw)])
     target = middle
     fov = 30.0
     for _ in range(8):  # the aim and the field of view that centre the person depend a little on each other
@@ -142,6 +142,11 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
     -------
     Portrait
         The same settings give the same picture (up to the renderer's rounding, well under one level).
+
+    Raises
+    ------
+    InputError
+        The variant of the renderer does not run on this machine.
     """
     scene = SceneSettings(
         background=_triple(np.clip(linear_to_srgb(np.full(3, settings.fill)), 0, 1)),
@@ -172,14 +177,14 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
 
 def _room(mi: Any, settings: PortraitSettings) -> dict[str, Any]:
     """Floor and wall with a round corner behind the person, instead of the stage's ground; no spot light."""
-    turn = np.radians(settings.yaw)
+    yaw = np.radians(settings.yaw)
     # profile in (depth behind the person, height): floor towards the camera, a quarter circle, the wall
     radius = 0.12
     corner = np.linspace(0, np.pi / 2, 13)
     depth = np.concatenate([[-14.0], settings.wall_distance - radius + radius * np.sin(corner), [settings.wall_distance]])
     height = np.concatenate([[0.0], radius - radius * np.cos(corner), [7.0]])
     across = np.array([-12.0, 12.0])
-    away, side = np.array([-np.sin(turn), 0, -np.cos(turn)]), np.array([np.cos(turn), 0, -np.sin(turn)])
+    away, side = np.array([-np.sin(yaw), 0, -np.cos(yaw)]), np.array([np.cos(yaw), 0, -np.sin(yaw)])
     grid = depth[:, None, None] * away + across[None, :, None] * side + height[:, None, None] * np.array([0, 1.0, 0])
     length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(depth), np.diff(height)))])
     rows = np.arange(len(depth) - 1)

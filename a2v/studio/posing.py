@@ -34,7 +34,7 @@ _NOISE = {"Hips": 1.5, "Spine": 1.5, "Spine1": 1.5, "Spine2": 1.5, "Neck": 3.0, 
 def natural_pose(generator: np.random.Generator) -> Pose:
     """Someone who stands for a photograph: arms hanging, folded to the hips or half raised, weight on one or both legs."""
     pose: Pose = {}
-    lean = generator.normal(0, 1, 3) * np.radians([3.0, 4.0, 2.5])  # forward, turn, sideways
+    lean = generator.normal(0, 1, 3) * np.radians([3.0, 4.0, 2.5])  # forward, about the spine, sideways
     for name, share in (("Spine", 0.3), ("Spine1", 0.35), ("Spine2", 0.35)):
         pose[name] = lean * share
     look = generator.normal(0, 1, 3) * np.radians([6.0, 14.0, 4.0])
@@ -65,7 +65,7 @@ def open_pose(generator: np.random.Generator) -> Pose:
 
 def joint_noise(pose: Mapping[str, FloatArray], generator: np.random.Generator, scale: float = 1.0) -> Pose:
     """The pose with a little noise on every joint; `scale` times a few degrees."""
-    noisy = {name: np.asarray(turn, np.float64) for name, turn in pose.items()}
+    noisy = {name: np.asarray(rotvec, np.float64) for name, rotvec in pose.items()}
     for name in POSED_BONES:
         spread = _NOISE[name.removeprefix("Left").removeprefix("Right")]
         noisy[name] = noisy.get(name, np.zeros(3)) + scale * np.radians(spread) * generator.standard_normal(3)
@@ -146,10 +146,10 @@ def _legs(generator: np.random.Generator) -> Pose:
     spread = abs(generator.normal(6, 4))
     for side, sign in SIDES:
         out = np.radians(max(0.0, spread + generator.normal(0, 1.5)))
-        turn = np.radians(abs(generator.normal(6, 7)))
+        outward = np.radians(abs(generator.normal(6, 7)))
         knee = np.radians(abs(generator.normal(0, 4)) + (generator.uniform(5, 32) if side == relaxed else 0.0))
         thigh = 0.55 * knee + np.radians(generator.normal(0, 3))
-        pose[f"{side}UpLeg"] = np.array([-thigh, sign * turn, sign * out - roll])
+        pose[f"{side}UpLeg"] = np.array([-thigh, sign * outward, sign * out - roll])
         pose[f"{side}Leg"] = np.array([knee, 0.0, 0.0])
         pose[f"{side}Foot"] = np.array([-(knee - thigh), 0.0, -sign * out])  # the sole stays level
     return pose
@@ -203,12 +203,12 @@ def avatar_body(avatar: Avatar, pose: Mapping[str, Sequence[float] | FloatArray]
 def local_rotations(avatar: Avatar, transforms: FloatArray) -> FloatArray:
     """Rotation vectors (..., B, 3) that `bone_transforms` would need for world-from-bone transforms (..., B, 4, 4)."""
     rest = avatar.rest_transforms[:, :3, :3].astype(np.float64)
-    turns = transforms[..., :3, :3].astype(np.float64) @ np.swapaxes(rest, -1, -2)
-    local = turns.copy()
+    world_rotmat = transforms[..., :3, :3].astype(np.float64) @ np.swapaxes(rest, -1, -2)
+    local_rotmat = world_rotmat.copy()
     for bone, parent in enumerate(avatar.bone_parents):
         if parent >= 0:
-            local[..., bone, :, :] = np.swapaxes(turns[..., parent, :, :], -1, -2) @ turns[..., bone, :, :]
-    return np.asarray(rotmat_to_rotvec(local))
+            local_rotmat[..., bone, :, :] = np.swapaxes(world_rotmat[..., parent, :, :], -1, -2) @ world_rotmat[..., bone, :, :]
+    return np.asarray(rotmat_to_rotvec(local_rotmat))
 
 
 def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3, seed: int = 0) -> PoseLibrary:
@@ -252,7 +252,7 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
             transforms = retarget(motion, body, settings=RetargetSettings(raw=True))[chosen]
             local = local_rotations(avatar, transforms)[:, slots]
             # which way a person faces is drawn anew for every photograph: only tilt stays in the root
-            local[:, 0] = np.stack([_without_heading(turn) for turn in local[:, 0]])
+            local[:, 0] = np.stack([_without_heading(rotvec) for rotvec in local[:, 0]])
             rotations.append(local)
             actions += [motion.action] * len(chosen)
     if not rotations:
@@ -261,9 +261,10 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
 
 
 def _without_heading(rotvec: FloatArray) -> FloatArray:
-    turn = rotvec_to_rotmat(rotvec)
-    heading = float(np.arctan2(turn[0, 2], turn[2, 2]))
-    return np.asarray(rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, -heading, 0.0])) @ turn))
+    """A rotation vector (3,), radians, with its part about the vertical taken out."""
+    rotmat = rotvec_to_rotmat(rotvec)
+    heading = float(np.arctan2(rotmat[0, 2], rotmat[2, 2]))
+    return np.asarray(rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, -heading, 0.0])) @ rotmat))
 
 
 def _unit(vector: FloatArray) -> FloatArray:

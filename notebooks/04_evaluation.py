@@ -31,7 +31,8 @@ from a2v.datasets import load_dataset
 from a2v.evaluation.classifier import load_evaluator
 from a2v.evaluation.metrics import fid
 from a2v.evaluation.protocol import EvaluationSettings, evaluate, generator_of, markdown_table, recorded
-from a2v.evaluation.survey import REAL, SurveySettings, analyse, read_answers, read_key, survey_table, wilson_interval, write_survey
+from a2v.evaluation.survey import REAL, SurveySettings, write_survey
+from a2v.evaluation.survey_answers import analyse, read_answers, read_key, survey_table, wilson_interval
 from a2v.evaluation.training import ClassifierSettings, train_classifier
 from a2v.motion import MotionModel
 from a2v.motion.applications import generated_dataset

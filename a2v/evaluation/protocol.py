@@ -103,7 +103,7 @@ def recorded(dataset: ActionDataset) -> Generate:
     """
     sampler = ClipSampler(dataset, dataset.length)
 
-    def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+    def generate(labels: IntArray, _: FloatArray, generator: np.random.Generator) -> FloatArray:
         clips = np.zeros(len(labels), dtype=np.int64)
         for label in np.unique(labels):
             own = np.flatnonzero(dataset.labels == label)
@@ -137,11 +137,11 @@ def evaluate(
     dataset : ActionDataset
         Real clips.
     evaluator : Evaluator
-        A classifier of the data set's actions.
     settings : EvaluationSettings
     known : name -> Scores
         Rows of the same protocol, data and classifier, which are not measured again.
-    progress : callable
+    progress : Progress
+        Called after every repeat of a row.
     on_row : callable
         Called with every row that was measured, at once.
 
@@ -149,6 +149,11 @@ def evaluate(
     -------
     list of Scores
         "Real motions" (two independent draws against each other), then the models.
+
+    Raises
+    ------
+    InputError
+        The classifier is of other actions.
     """
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
@@ -162,25 +167,43 @@ def evaluate(
         reference, _, _ = sampler.batch(settings.clips, generator)
         references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
     for done, name in enumerate(wanted):
-        values: dict[str, list[float]] = {metric: [] for metric in METRICS}
-        physics: PhysicsMetrics | None = None
-        for repeat, real in enumerate(references):
-            generator = np.random.default_rng([settings.seed, repeat, 1])
-            motions, labels = _draw(models.get(name), dataset, sampler, settings, generator)
-            features, predicted = evaluator(motions, state=settings.state, generator=generator)
-            values["fid"].append(fid(real, features))
-            values["accuracy"].append(accuracy(predicted, labels))
-            values["diversity"].append(diversity(features, generator))
-            values["multimodality"].append(multimodality(features, labels, generator))
-            if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
-                world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(dataset.frame.metres_per_unit)
-                physics = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
+
+        def report_repeat(repeat: int, before: int = done * settings.repeats) -> None:
             if progress is not None:
-                progress(done * settings.repeats + repeat + 1, settings.repeats * len(wanted))
-        rows[name] = Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
+                progress(before + repeat, settings.repeats * len(wanted))
+
+        rows[name] = _measure_row(name, models.get(name), references, dataset, evaluator, sampler, settings, report_repeat)
         if on_row is not None:
             on_row(rows[name])
     return [rows[name] for name in names]
+
+
+def _measure_row(
+    name: str,
+    generate: Generate | None,
+    references: Sequence[FloatArray],
+    dataset: ActionDataset,
+    evaluator: Evaluator,
+    sampler: ClipSampler,
+    settings: EvaluationSettings,
+    report_repeat: Callable[[int], None],
+) -> Scores:
+    """Every repeat of one row, against the `references`' features (clips, 30) of real motions; recorded motions for None."""
+    values: dict[str, list[float]] = {metric: [] for metric in METRICS}
+    physics: PhysicsMetrics | None = None
+    for repeat, real in enumerate(references):
+        generator = np.random.default_rng([settings.seed, repeat, 1])
+        motions, labels = _draw(generate, dataset, sampler, settings, generator)
+        features, predicted = evaluator(motions, state=settings.state, generator=generator)
+        values["fid"].append(fid(real, features))
+        values["accuracy"].append(accuracy(predicted, labels))
+        values["diversity"].append(diversity(features, generator))
+        values["multimodality"].append(multimodality(features, labels, generator))
+        if repeat == 0 and settings.physics_clips and dataset.skeleton.feet:
+            world = dataset.frame.flip(motions[: settings.physics_clips]) * np.float32(dataset.frame.metres_per_unit)
+            physics = joints_physics(world, dataset.fps, dataset.skeleton.parents, dataset.skeleton.feet)
+        report_repeat(repeat + 1)
+    return Scores(name, {metric: tuple(numbers) for metric, numbers in values.items()}, physics)
 
 
 def _draw(
@@ -310,7 +333,7 @@ def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scor
 def report(scores: Sequence[Scores], dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings) -> dict[str, Any]:
     """Everything a reader needs to reproduce a table, as JSON."""
     return {
-        # "generator": tables from before every row had its own are another protocol
+        # "generator": each row draws from its own, which tells this protocol from one generator for a whole table
         "protocol": dataclasses.asdict(settings) | {"frames": dataset.length, "generator": "a row"},
         "dataset": {"name": dataset.name, "clips": len(dataset), "sha256": dataset.digest},
         "classifier": {"file": evaluator.source, "sha256": evaluator.digest, **evaluator.info},

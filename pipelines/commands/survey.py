@@ -137,7 +137,7 @@ def _real_clips(settings: Any, questions: int) -> tuple[dict[str, list[Motion]],
 
 
 def _analyse(settings: Any) -> int:
-    from a2v.evaluation.survey import analyse, read_answers, read_key, survey_table
+    from a2v.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
 
     if settings.key is None:
         raise InputError("give --key: the .key.json that was written beside the page")

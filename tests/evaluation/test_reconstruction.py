@@ -152,7 +152,7 @@ def test_size_and_place_are_the_photos(wide: trimesh.Trimesh, size: float) -> No
     )
     moved = dataclasses.replace(own, center_u=own.center_u - own.scale * 0.3)  # its origin lies elsewhere too
     theirs = (case.surface.vertices * size + np.array([0.3, 0, 0.5])).astype(np.float32)
-    back = to_true_frame(theirs.astype(np.float64), moved, subject_of(case, crop, zoom), CAMERA)
+    back = to_true_frame(theirs.astype(np.float64), moved, subject_of(case, crop, zoom), true=CAMERA)
     np.testing.assert_allclose(back[:, :2], case.surface.vertices[:, :2], atol=2e-6)
     truth = Truth(case, SETTINGS)
     placed = truth.place(dataclasses.replace(case.surface, vertices=theirs), moved, subject_of(case, crop, zoom))
@@ -183,7 +183,7 @@ def test_image_scores_are_of_the_region() -> None:
 
 def test_maps_show_both_sides_on_the_same_pixels(ball: trimesh.Trimesh) -> None:
     case = make_case(ball.copy().apply_translation([0.3, 0.2, 0.1]))
-    front, back = (surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), 200, side) for side in (1, -1))
+    front, back = (surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), size=200, side=side) for side in (1, -1))
     assert (front.mask == back.mask).all()
     row, column = np.argwhere(front.mask).mean(axis=0)
     np.testing.assert_allclose((column + 0.5) * 2, CAMERA.center_u + 0.3 * CAMERA.scale, atol=1)
@@ -207,11 +207,11 @@ def test_mirrored_coloring_shows_the_photo_on_both_sides(wide: trimesh.Trimesh) 
     case = make_case(wide)
     image = np.zeros((SIZE, SIZE, 3), np.uint8)
     image[:, : SIZE // 2], image[:, SIZE // 2 :] = (200, 30, 30), (30, 30, 200)
-    maps = surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), SIZE, 1)
+    maps = surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), size=SIZE, side=1)
     subject = dataclasses.replace(subject_of(case), image=image, mask=maps.mask.astype(np.float32))
     colored = COLORINGS["mirrored"](Shape(case.surface), subject, None, CAMERA)
     for side in (1, -1):
-        seen = surface_maps(colored, case.normals, CAMERA, (SIZE, SIZE), SIZE, side)
+        seen = surface_maps(colored, case.normals, CAMERA, (SIZE, SIZE), size=SIZE, side=side)
         inner = seen.mask & (np.abs(np.arange(SIZE) - SIZE / 2) > 8)[None]
         assert np.abs(seen.colors[inner] - image[inner] / 255).max() < 0.02
     with pytest.raises(InputError, match="network"):
@@ -338,7 +338,7 @@ def test_a_photo_through_the_real_path(data_dir) -> None:
     camera = OrthographicCamera(scale=0.9 * size / float(np.ptp(surface.vertices[:, 1])), center_u=size / 2, center_v=size / 2)
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     normals = np.asarray(mesh.vertex_normals, np.float32)
-    seen = surface_maps(surface, normals, camera, (size, size), size, 1)
+    seen = surface_maps(surface, normals, camera, (size, size), size=size, side=1)
     image = seen.colors * (0.5 + 0.5 * np.clip(seen.normals @ [0.3, 0.5, 0.8], 0, 1))[..., None]
     points, face = trimesh.sample.sample_surface(mesh, 4096, seed=1)
     case = Case(

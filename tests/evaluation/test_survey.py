@@ -15,18 +15,8 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.evaluation.survey import (
-    MAX_ANSWER_BYTES,
-    REAL,
-    SurveySettings,
-    analyse,
-    plan_survey,
-    read_answers,
-    read_key,
-    survey_table,
-    wilson_interval,
-    write_survey,
-)
+from a2v.evaluation.survey import REAL, SurveySettings, plan_survey, write_survey
+from a2v.evaluation.survey_answers import MAX_ANSWER_BYTES, analyse, read_answers, read_key, survey_table, wilson_interval
 from pipelines.cli import main
 from tests.support.motions import person
 

@@ -1,0 +1,122 @@
+"""The photos of the benchmark, and the truth behind them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.evaluation.reconstruction.maps import unit
+from a2v.evaluation.reconstruction.settings import SPLIT, BenchmarkSettings
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.io import sha256
+from a2v.studio.guide import GuideErrors
+from a2v.studio.settings import StudioSettings
+from a2v.studio.studio import Studio
+from a2v.studio.variation import VALIDATION_IDENTITIES
+from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A photo and the person in it.
+
+    Attributes
+    ----------
+    name : str
+        Of the avatar, ``<group>_<F|M>_<number>_<outfit>``.
+    index : int
+        Of the view in its split.
+    image : (H, W, 3) uint8
+    mask : (H, W) uint8
+        255 inside.
+    camera : OrthographicCamera
+        Of the photo's pixels.
+    surface : Surface
+        The true mesh, coloured with its texture in the photo's mean light (`lit_by`).
+    normals : (V, 3)
+        Unit normals of its vertices.
+    outer : (n,) int
+        Its faces that can be seen from somewhere: scalps under wigs and mouths are not what is reconstructed.
+    points, point_normals : (M, 3)
+        Uniform by area on the outer surface, with unit normals.
+    facts : mapping
+        For the report: pose, yaw...
+    """
+
+    name: str
+    index: int
+    image: ByteArray
+    mask: ByteArray
+    camera: OrthographicCamera
+    surface: Surface
+    normals: FloatArray
+    outer: IntArray
+    points: FloatArray
+    point_normals: FloatArray
+    facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) -> Studio:
+    """The studio of the benchmark: its default settings, in true metres (no error of a guide moves or scales the world).
+
+    Parameters
+    ----------
+    folder : path
+        Keeps poses and guides, which are made there if they are missing (some minutes): a data set's folder, or any other.
+    data : path
+        Folder with ``avatars/`` and the motion data.
+    """
+    exact = {item.name: 0.0 for item in dataclasses.fields(GuideErrors)}
+    return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))
+
+
+def choose_views(studio: Studio, settings: BenchmarkSettings) -> list[int]:
+    """Indices of validation views, seeded: every held-out identity, and the other people in the held-out outfit, as often as the others."""
+    generator = np.random.default_rng([settings.seed, 101])
+    each = studio.settings.same_avatar
+    names = [studio.avatar_of(SPLIT, block * each) for block in range(len(studio.paths[SPLIT]))]
+    groups: dict[str, list[int]] = {}
+    for block in generator.permutation(len(names)):
+        identity = names[block].rpartition("_")[0]
+        groups.setdefault(identity if identity in VALIDATION_IDENTITIES else "others", []).append(int(block))
+    order = sorted(groups)
+    chosen: list[int] = []
+    for number in range(settings.views):
+        group = groups[order[number % len(order)]]
+        lap = number // len(order)
+        block = group[lap % len(group)] + len(names) * (lap // len(group) // each)
+        chosen.append(block * each + (lap // len(group)) % each)
+    return chosen
+
+
+def open_case(studio: Studio, index: int) -> Case:
+    """A validation view with its truth."""
+    view, scene = studio.view(SPLIT, index), studio.scene(SPLIT, index)
+    return Case(
+        name=view.avatar,
+        index=index,
+        image=view.image,
+        mask=view.mask,
+        camera=view.camera,
+        surface=lit_by(scene.surface, view.gain),
+        normals=scene.normals,
+        outer=scene.solid().outer,
+        points=view.surface_points,
+        point_normals=unit(view.surface_normals.astype(np.float32)),
+        facts={"pose": scene.pose, "yaw": round(view.yaw, 1), "sha256": sha256(view.image.tobytes())},
+    )
+
+
+def lit_by(surface: Surface, gain: FloatArray) -> Surface:
+    """A surface whose colours (and texture) are multiplied by a linear RGB gain (3,), as in even light."""
+    colors = linear_to_srgb(srgb_to_linear(surface.colors) * gain)
+    if surface.texture is None:
+        return dataclasses.replace(surface, colors=colors)
+    table = to_bytes(linear_to_srgb(srgb_to_linear(np.arange(256, dtype=np.float32) / 255)[:, None] * gain))
+    texture = np.stack([table[surface.texture[..., channel], channel] for channel in range(3)], axis=-1)
+    return dataclasses.replace(surface, colors=colors, texture=texture)

@@ -1,0 +1,105 @@
+"""A prediction compared with the truth: shape, silhouette, normals, colours."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.evaluation.reconstruction.cases import Case
+from a2v.evaluation.reconstruction.maps import surface_maps, to_true_frame
+from a2v.evaluation.reconstruction.settings import BenchmarkSettings
+from a2v.geometry.rays import RayScene, face_normals
+from a2v.geometry.visibility import vertex_normals
+from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A prediction in the true frame: its surface, the normals (V, 3) of its vertices, and how far z was shifted, metres."""
+
+    surface: Surface
+    normals: FloatArray
+    shift: float
+
+
+class Truth:
+    """What is computed of a case once, for all methods."""
+
+    def __init__(self, case: Case, settings: BenchmarkSettings) -> None:
+        """See the class."""
+        self.case, self.settings = case, settings
+        self.photo = (int(case.mask.shape[0]), int(case.mask.shape[1]))
+        self.sides = tuple(
+            surface_maps(case.surface, case.normals, case.camera, self.photo, size=settings.size, side=side) for side in (1, -1)
+        )
+        faces = case.surface.faces[case.outer]
+        self._outer, self._face_normals = RayScene(case.surface.vertices, faces), face_normals(case.surface.vertices, faces)
+
+    def place(self, surface: Surface, camera: OrthographicCamera, subject: Subject) -> Placed:
+        """A prediction in the true frame, with z shifted as the protocol says.
+
+        Raises
+        ------
+        InputError
+            Prediction and truth have no pixel in common.
+        """
+        case = self.case
+        vertices = to_true_frame(np.asarray(surface.vertices, np.float64), camera, subject, true=case.camera)
+        moved = dataclasses.replace(surface, vertices=vertices.astype(np.float32))
+        normals = vertex_normals(moved.vertices, moved.faces).astype(np.float32)
+        front = surface_maps(moved, normals, case.camera, self.photo, size=self.settings.size, side=1)
+        both = front.mask & self.sides[0].mask
+        if not both.any():
+            raise InputError(f"{case.name} {case.index}: the reconstruction lies beside the person; nothing can be compared")
+        shift = float(np.median(self.sides[0].depth[both]) - np.median(front.depth[both]))
+        vertices[:, 2] += shift
+        return Placed(dataclasses.replace(surface, vertices=vertices.astype(np.float32)), normals, shift)
+
+    def compare_shape(self, placed: Placed) -> dict[str, float]:
+        """Chamfer distance and point to surface (cm), normal consistency, and IoU of the silhouettes."""
+        surface, case, settings = placed.surface, self.case, self.settings
+        points, normals = sample_surface(surface, settings.points, seed=settings.seed)
+        there = self._outer.closest(points)
+        back = RayScene(surface.vertices, surface.faces).closest(case.points)
+        forth, return_ = float(there.distance.mean()), float(back.distance.mean())
+        maps = [surface_maps(surface, placed.normals, case.camera, self.photo, size=settings.size, side=side) for side in (1, -1)]
+        cosines = [(mine.normals * true.normals).sum(axis=-1)[mine.mask & true.mask] for mine, true in zip(maps, self.sides, strict=True)]
+        mine, true = maps[0].mask, self.sides[0].mask
+        return {
+            "chamfer": 50 * (forth + return_),
+            "p2s": 100 * forth,
+            "normals": float(np.concatenate(cosines).mean()),
+            "normals_nearest": float(np.abs((normals * self._face_normals[there.face]).sum(axis=1)).mean()),
+            "iou": float((mine & true).sum() / (mine | true).sum()),
+        }
+
+    def compare_colors(self, placed: Placed) -> dict[str, float]:
+        """PSNR (dB) and SSIM of the unlit front and back views, over the pixels that either surface covers."""
+        values: dict[str, float] = {}
+        for name, side, true in zip(("front", "back"), (1, -1), self.sides, strict=True):
+            mine = surface_maps(placed.surface, placed.normals, self.case.camera, self.photo, size=self.settings.size, side=side)
+            values[f"psnr_{name}"], values[f"ssim_{name}"] = image_scores(mine.colors, true.colors, mine.mask | true.mask)
+        return values
+
+
+def sample_surface(surface: Surface, count: int, *, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Points (count, 3) float32 uniform by area, and the normals (count, 3) of their faces."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    points, face = trimesh.sample.sample_surface(mesh, count, seed=seed)
+    return np.asarray(points, np.float32), np.asarray(mesh.face_normals[face], np.float32)
+
+
+def image_scores(first: FloatArray, second: FloatArray, region: BoolArray) -> tuple[float, float]:
+    """PSNR (dB, at most 100) and mean SSIM (Wang et al. 2004: Gaussian window, sigma 1.5) of pictures (H, W, 3) in [0, 1] over a region."""
+    from skimage.metrics import structural_similarity
+
+    error = float(((first - second)[region] ** 2).mean())
+    _, similarity = structural_similarity(
+        first, second, channel_axis=-1, data_range=1.0, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True
+    )
+    return min(100.0, -10 * float(np.log10(max(error, 1e-10)))), float(similarity[region].mean())

@@ -1,0 +1,64 @@
+"""Tables, and everything that a reader needs to reproduce them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from a2v.evaluation.metrics import confidence_interval
+from a2v.evaluation.reconstruction.methods import Outcome
+from a2v.evaluation.reconstruction.settings import METRICS, SPLIT, BenchmarkSettings
+from a2v.studio.settings import VERSION
+from a2v.studio.studio import Studio
+from a2v.studio.variation import VALIDATION_IDENTITIES
+from a2v.version import __version__
+
+
+def _cell(values: Sequence[float], decimals: int, interval: bool = True) -> str:
+    mean, half = confidence_interval(np.asarray(values))
+    return f"{mean:.{decimals}f} ± {half:.{decimals}f}" if interval and len(values) > 1 else f"{mean:.{decimals}f}"
+
+
+def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> str:
+    """All metrics by method: mean ± half width of the 95 % interval over the photos; seconds by stage, and peak memory."""
+    good = [outcome for outcome in outcomes if not outcome.failure]
+    head = [label for label, _ in METRICS.values()]
+    lines = [f"| Method | {' | '.join(head)} | Shape s | Colour s | All s | Peak MiB |", "|---" * (len(head) + 5) + "|"]
+    for name in good[0].scores if good else ():
+        cells = [_cell([outcome.scores[name][metric] for outcome in good], decimals) for metric, (_, decimals) in METRICS.items()]
+        stages = [np.mean([outcome.seconds[name][stage] for outcome in good]) for stage in ("shape", "color")]
+        whole = np.mean([sum(outcome.seconds[name].values()) for outcome in good])
+        peak = f"{memory[name]:.0f}" if name in memory else "–"
+        lines.append(f"| {name} | {' | '.join(cells)} | {stages[0]:.1f} | {stages[1]:.1f} | {whole:.1f} | {peak} |")
+    return "\n".join(lines)
+
+
+def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
+    """Means of one method by "identity" (people who are held out; "others" wear the held-out outfit) or by "outfit"."""
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        if not outcome.failure:
+            key = outcome.outfit
+            if by == "identity":
+                key = outcome.identity if outcome.identity in VALIDATION_IDENTITIES else "others"
+            groups.setdefault(key, []).append(outcome)
+    lines = [f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |", "|---" * (len(METRICS) + 2) + "|"]
+    for key, members in sorted(groups.items()):
+        cells = [_cell([o.scores[method][metric] for o in members], decimals, interval=False) for metric, (_, decimals) in METRICS.items()]
+        lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:
+    """Everything a reader needs to reproduce the tables, and every photo's values, as JSON."""
+    return {
+        "protocol": dataclasses.asdict(settings) | {"split": SPLIT},
+        "studio": {"version": VERSION, "settings": dataclasses.asdict(studio.settings)},
+        "versions": {"a2v": __version__, "numpy": np.__version__},
+        "peak_memory_mib": dict(memory),
+        "failed": sum(bool(outcome.failure) for outcome in outcomes),
+        "photos": [dataclasses.asdict(outcome) for outcome in outcomes],
+    }

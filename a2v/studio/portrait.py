@@ -142,11 +142,6 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
     -------
     Portrait
         The same settings give the same picture (up to the renderer's rounding, well under one level).
-
-    Raises
-    ------
-    InputError
-        The variant of the renderer does not run on this machine.
     """
     scene = SceneSettings(
         background=_triple(np.clip(linear_to_srgb(np.full(3, settings.fill)), 0, 1)),

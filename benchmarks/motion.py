@@ -6,7 +6,7 @@ The plain loops are what one writes first, and what the published trainer and sa
 and forward kinematics chain by chain and joint by joint. They share the weights of our model, and their results are compared with
 ours before anything is timed. Speed does not depend on what was learned, so weights are random and no data set is needed.
 
-The bars (issue 3): training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one clip of 60 frames in at
+The bars: training at least 5 times the plain loop's iterations a second (batch 128, 60 frames); one clip of 60 frames in at
 most 15 ms; 1,000 clips at 50 % or more of the rate of their matrix products alone; one clip at 20 times the speed of the plain
 PyTorch loop; import of export/sample.py and first sample in less than 1.5 s, without torch. Runs of ours and of the other are taken
 in turns, and medians are shown, so that other work on the machine counts for both.

@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
+from a2v.io import sha256
 from a2v.types import FloatArray, IntArray
 
 State = Literal["zeros", "random"]
@@ -97,6 +98,11 @@ class Evaluator:
         state : "zeros" (deterministic protocol) or "random" (the papers')
         generator : numpy Generator
             Needed for "random".
+
+        Raises
+        ------
+        InputError
+            The motions have another number of joints, or "random" has no generator.
         """
         network = self.network
         if motions.shape[-2] * 3 != network.recurrent.input_size:
@@ -126,8 +132,6 @@ def load_evaluator(path: str | Path) -> Evaluator:
     InputError
         The file is missing or holds no such classifier.
     """
-    from a2v.io import sha256
-
     try:
         content: Any = torch.load(path, map_location="cpu", weights_only=True)
         weights = content["model"]

@@ -9,7 +9,10 @@ from a2v.errors import InputError
 from a2v.types import FloatArray, IntArray
 
 DIVERSITY_PAIRS = 200
+"""Random pairs over all actions, as in the papers."""
+
 MULTIMODALITY_PAIRS = 20
+"""Random pairs of each action, as in the papers."""
 
 
 def gaussian_statistics(features: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -36,18 +39,24 @@ def fid(real: FloatArray, generated: FloatArray) -> float:
 
 
 def accuracy(predicted: IntArray, labels: IntArray) -> float:
-    """Share of motions that are recognised as their action."""
+    """Share of motions that are recognised as their action; both (N,)."""
     return float((np.asarray(predicted) == np.asarray(labels)).mean())
 
 
 def diversity(features: FloatArray, generator: np.random.Generator, *, pairs: int = DIVERSITY_PAIRS) -> float:
-    """Mean distance of random pairs of features, over all actions."""
+    """Mean distance of random pairs of features (N, D), over all actions."""
     first, second = generator.integers(0, len(features), (2, pairs))
     return float(np.linalg.norm(features[first] - features[second], axis=1).mean())
 
 
 def multimodality(features: FloatArray, labels: IntArray, generator: np.random.Generator, *, pairs: int = MULTIMODALITY_PAIRS) -> float:
-    """Mean distance of random pairs of features of the same action, averaged over the actions that occur."""
+    """Mean distance of random pairs of features (N, D) of the same action, averaged over the actions that occur in `labels` (N,).
+
+    Raises
+    ------
+    InputError
+        There are no motions.
+    """
     means = []
     for label in np.unique(labels):
         own = features[labels == label]

@@ -1,6 +1,6 @@
 """Does a motion obey the ground: foot skating, penetration, float, jitter, bone lengths.
 
-Definitions as in the literature on motion generation (see `../docs`): always print the real data's value beside a
+Definitions as in the literature on motion generation (docs/evaluation.md): always print the real data's value beside a
 generated one, it is never zero.
 """
 
@@ -49,9 +49,16 @@ class PhysicsMetrics:
 
 
 RATE = 20.0
+"""Frames a second at which feet are judged."""
+
 LOW = 0.05
+"""Height under which a foot counts as on the ground, metres."""
+
 FAST = 0.5
+"""Speed over the ground above which a low foot skates, metres a second."""
+
 TOLERANCE = 0.005
+"""Distance to the floor that counts as none, metres."""
 
 
 def foot_skating(feet: FloatArray, fps: float, *, floor: float = 0.0) -> float:

@@ -27,7 +27,7 @@ class RetargetQuality:
     plain_error : float
         The same from the motion's bone directions as they are, whatever its skeleton's standing posture.
     skating : float
-        `a2v.evaluation.foot_skating` of ankles and balls of the feet.
+        `a2v.evaluation.physics.foot_skating` of ankles and balls of the feet.
     penetration : float
         Mean over frames of the depth in metres of the deepest point of the skin under the ground.
     deepest : float

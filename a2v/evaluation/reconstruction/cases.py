@@ -70,6 +70,11 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) ->
         Keeps poses and guides, which are made there if they are missing (some minutes): a data set's folder, or any other.
     data : path
         Folder with ``avatars/`` and the motion data.
+
+    Raises
+    ------
+    InputError
+        No avatars or no motions.
     """
     exact = {item.name: 0.0 for item in dataclasses.fields(GuideErrors)}
     return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))
@@ -95,7 +100,13 @@ def choose_views(studio: Studio, settings: BenchmarkSettings) -> list[int]:
 
 
 def open_case(studio: Studio, index: int) -> Case:
-    """A validation view with its truth."""
+    """A validation view with its truth.
+
+    Raises
+    ------
+    InputError
+        There is no such avatar, or it has no guide.
+    """
     view, scene = studio.view(SPLIT, index), studio.scene(SPLIT, index)
     return Case(
         name=view.avatar,

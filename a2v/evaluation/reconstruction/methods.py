@@ -104,7 +104,10 @@ class Result:
 
 
 def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
-    """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone."""
+    """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone.
+
+    Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
+    """
     try:
         return _evaluate(case, methods, settings)
     except InputError as error:

@@ -70,8 +70,8 @@ def room_imports() -> dict[str, list[str]]:
     """The rooms that each room imports."""
     rooms = [name for row in layers() for name in row]
     shown = {
-        name.rsplit(".", 1)[1]: name.rsplit(".", 1)[0] for name in imported_names(ROOT / "a2v" / "__init__.py")
-    }  # by ``from a2v import``
+        name.rpartition(".")[2]: name.rpartition(".")[0] for name in imported_names(ROOT / "a2v" / "__init__.py")
+    }  # by `from a2v import`
     found: dict[str, set[str]] = {room: set() for room in rooms}
     for path in [*sources("a2v"), *sources("pipelines"), *sources("export")]:
         for name in imported_names(path) if room_of(path) in found else ():

@@ -93,7 +93,7 @@ print({name: value for name, value in fitted.nodes["photo_body"].measures.items(
 
 # %% [markdown]
 # ## The surface with the photo's colours
-# Clothes and hair by pushing the body out to the silhouette; the unseen side is coloured by the paper's convex objective (Eq. 14).
+# Networks that see the photo and the fitted body give the person with clothes and hair; the unseen side is coloured by the paper's convex objective (Eq. 14).
 
 # %%
 from a2v.rendering import Renderer, follow_cameras

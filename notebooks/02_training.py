@@ -94,7 +94,7 @@ print("a finished run read back has the same weights:", same)
 
 # %% [markdown]
 # ## The flow
-# A window becomes a short code (PCA of bone directions and root path), and a network learns the velocity that carries noise to codes along
+# A window becomes a short code (a linear one of bone directions and root path, in which feet count most), and a network learns the velocity that carries noise to codes along
 # straight paths. There is no loop over frames at all.
 
 # %%

@@ -1,7 +1,7 @@
 """Synthetic people and photographs of them: what the reconstruction learns from, and is measured with.
 
 The people: `avatars` (rigged and textured; `avatar_files` reads them), `posing` (poses), `variation` (builds, clothes, splits) and `solid`
-(inside and outside of their open meshes). `guide` is the body that a fit would have found in a photo, with a fit's errors.
+(inside and outside of their open meshes). `guide` is the body that a fit would have found in a photo, `guide_errors` what fits get wrong.
 
 Two ways to photograph them. `portrait` path traces a posed person in seconds: ``take_portrait(load_avatar(path).surface(a_pose()))``. The fast
 studio (``a2v studio``) casts rays, about one view a second: `settings` say what is drawn, `scene` draws a person with pose, camera and guide,

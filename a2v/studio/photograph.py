@@ -37,17 +37,7 @@ class Lit:
 
 @dataclass(frozen=True, eq=False)
 class Photograph:
-    """A photo, its mask and the quality of its JPEG.
-
-    Attributes
-    ----------
-    image : (1024, 1024, 3) uint8
-        sRGB.
-    mask : (1024, 1024) uint8
-        255 inside, soft at the rim.
-    quality : int
-        With which to save `image` as JPEG, per cent.
-    """
+    """A photo (1024, 1024, 3) uint8 sRGB, its mask (1024, 1024) uint8, 255 inside and soft at the rim, and the quality of its JPEG in per cent."""
 
     image: ByteArray
     mask: ByteArray

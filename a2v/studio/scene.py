@@ -12,7 +12,8 @@ from a2v.body.parts import PARTS
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.studio.avatar_files import load_avatar
 from a2v.studio.avatars import Avatar
-from a2v.studio.guide import Guide, disturb, girth_errors
+from a2v.studio.guide import Guide
+from a2v.studio.guide_errors import disturb, girth_errors
 from a2v.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
 from a2v.studio.settings import StudioSettings
 from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
@@ -34,16 +35,7 @@ class FaceKinds:
 
 @dataclass(frozen=True, eq=False)
 class PreparedAvatar:
-    """An avatar with what does not depend on the view.
-
-    Attributes
-    ----------
-    avatar : Avatar
-    clothes : Wardrobe
-        Where its texture shows clothes.
-    places : (V,) int
-        Vertices that meet in space (`weld`).
-    """
+    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its vertices (`weld`)."""
 
     avatar: Avatar
     clothes: Wardrobe

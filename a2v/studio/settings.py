@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from a2v.errors import InputError
-from a2v.studio.guide import GuideErrors
+from a2v.studio.guide_errors import GuideErrors
 
 VERSION = 1
 """Of what a seed gives: raise it when views change, so that a folder never mixes two kinds."""

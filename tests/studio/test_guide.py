@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from a2v.studio.avatars import Avatar
-from a2v.studio.guide import Guide, GuideErrors, disturb
+from a2v.studio.guide import Guide
+from a2v.studio.guide_errors import GuideErrors, disturb
 from a2v.studio.posing import natural_pose
 from a2v.studio.variation import Build, rebuild
 

@@ -14,7 +14,7 @@ from a2v.evaluation.reconstruction.maps import unit
 from a2v.evaluation.reconstruction.settings import SPLIT, BenchmarkSettings
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.io import sha256
-from a2v.studio.guide import GuideErrors
+from a2v.studio.guide_errors import GuideErrors
 from a2v.studio.settings import StudioSettings
 from a2v.studio.studio import Studio
 from a2v.studio.variation import VALIDATION_IDENTITIES
@@ -64,17 +64,12 @@ class Case:
 def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) -> Studio:
     """The studio of the benchmark: its default settings, in true metres (no error of a guide moves or scales the world).
 
-    Parameters
-    ----------
-    folder : path
-        Keeps poses and guides, which are made there if they are missing (some minutes): a data set's folder, or any other.
-    data : path
-        Folder with ``avatars/`` and the motion data.
+    `folder` keeps poses and guides, which are made there if they are missing (some minutes): a data set's folder, or any other.
 
     Raises
     ------
     InputError
-        No avatars or no motions.
+        As of `Studio.open`.
     """
     exact = {item.name: 0.0 for item in dataclasses.fields(GuideErrors)}
     return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))

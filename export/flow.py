@@ -23,9 +23,9 @@ from export.storage import round_to_stored, save_model, shrink, to_onnx
 
 FORMAT = "a2v-flow/1"
 STEPS = 7
-"""Steps of the integration: more do not change the metrics (docs/motion.md)."""
+"""Steps of the integration: more do not change the metrics (docs/research/motion-flow.md)."""
 FADE_SECONDS = 1.0
-"""Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/motion.md)."""
+"""Time over which what a window misses of the frames it continues fades out: shorter, and motion rushes after each join (docs/research/motion-flow.md)."""
 
 
 class WindowGraph(nn.Module):

@@ -1,6 +1,6 @@
 """Does a motion obey the ground: foot skating, penetration, float, jitter, bone lengths.
 
-Definitions as in the literature on motion generation (docs/motion.md): always print the real data's value beside a
+Definitions as in the literature on motion generation (docs/evaluation.md): always print the real data's value beside a
 generated one, it is never zero.
 """
 

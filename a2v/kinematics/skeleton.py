@@ -30,8 +30,8 @@ class Skeleton:
         +z, the person's left +x: a T-pose); zero for the root.
     feet : tuple of int
         Joints that touch the ground (ankles and toes), for contact and skating.
-    faces_forward : tuple of 2 pairs of int
-        (left, right) joints whose difference points to the person's left: hips and shoulders.
+    hips, shoulders : tuple of 2 int or None
+        (left, right) joints; the way from right to left points to the person's left.
     """
 
     name: str

@@ -26,7 +26,7 @@ from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, 
 FILE = "flow.pt"
 STORED = ("network", "averaged", "optimizer", "iteration", "settings", "codec", "log")
 GUIDANCE = 1.5
-"""How far velocities are pushed towards the action when nothing else is asked for (docs/motion.md)."""
+"""How far velocities are pushed towards the action when nothing else is asked for (docs/research/motion-flow.md)."""
 
 
 @dataclass(frozen=True)

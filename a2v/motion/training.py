@@ -48,7 +48,7 @@ class TrainSettings(RunSettings):
     align_weight : float
         Weight of the trajectory alignment term (GLMI only).
     reconstruction : "norm" or "mse"
-        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see docs/motion.md).
+        Eq. 13, or the published code's, which its weights of the KL term were tuned for (see docs/research/motion-vae.md).
     clip_gradient : float
         Largest norm of the gradient; 0 for no limit (the paper's).
     """

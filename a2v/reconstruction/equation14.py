@@ -3,7 +3,7 @@
     min over c of  sum_{x in O} [ ||c_x - c_x^p||_2 + lambda_nn / |N_x| * sum_{x' in N_x} ||c_x - c_x'||_2 ]
 
 The norms are not squared, so a few wrong prior colours do not bleed; in the transition band only the second term counts. Solved by
-ADMM (Boyd et al. 2011): one sparse Cholesky factorisation, then only back-substitutions and shrinkages.
+ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then only back-substitutions and shrinkages.
 """
 
 from __future__ import annotations

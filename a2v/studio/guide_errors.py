@@ -18,7 +18,7 @@ from a2v.types import FloatArray
 class GuideErrors:
     """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
 
-    The defaults imitate what was measured on validation views (docs/studio.md). Turns are degrees.
+    The defaults imitate what was measured on validation views (docs/research/studio.md). Turns are degrees.
 
     Attributes
     ----------

@@ -64,7 +64,7 @@ def test_authors_classifiers_reproduce_the_real_rows(data_dir, name, file, expec
     sampler, signs = ClipSampler(dataset, dataset.length), np.asarray(dataset.frame.signs, dtype=np.float32)
     results = []
     for _ in range(2):
-        # FID of two draws of N clips falls as 1/N; the papers' three rows are those of 2,000 clips (docs/motion.md)
+        # FID of two draws of N clips falls as 1/N; the papers' three rows are those of 2,000 clips (docs/research/evaluation.md)
         motions, labels, _ = sampler.batch(2000, rng)
         results.append((*evaluator(motions * signs, state="random", generator=rng), labels))
     (a, predicted, labels), (b, _, _) = results

@@ -1,4 +1,4 @@
-"""What every training shares: where it runs, how its rate falls, and a folder from which a stopped run goes on."""
+"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which a stopped run goes on."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import dataclasses
 import math
 import os
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import atomic_path, write_csv
@@ -88,15 +91,32 @@ def choose_device(name: str) -> torch.device:
     return torch.device("cuda" if torch.cuda.is_available() else "cpu") if name == "auto" else torch.device(name)
 
 
-def cosine_decay(progress: float, floor: float) -> float:
-    """Factor of the learning rate: 1 at `progress` 0, falling along half a cosine to `floor` at 1."""
-    return floor + (1 - floor) * 0.5 * (1 + math.cos(math.pi * progress))
+@dataclass(frozen=True, kw_only=True)
+class RateSchedule:
+    """A learning rate that rises along a line, then falls along half a cosine.
 
+    Attributes
+    ----------
+    peak : float
+    span : int
+        Iterations until the rate has fallen.
+    floor : float
+        Share of `peak` that is left then; 1 for a constant rate.
+    warm_up : int
+        Iterations until the rate has risen.
+    """
 
-def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
-    """Let every group of `optimizer` learn at `rate`."""
-    for group in optimizer.param_groups:
-        group["lr"] = rate
+    peak: float
+    span: int
+    floor: float
+    warm_up: int = 1
+
+    def __call__(self, iteration: int) -> float:
+        """The rate of an iteration, counted from 0."""
+        return self.peak * min(1.0, (iteration + 1) / self.warm_up) * self._decay(iteration / self.span)
+
+    def _decay(self, progress: float) -> float:
+        return self.floor + (1 - self.floor) * 0.5 * (1 + math.cos(math.pi * progress))
 
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
@@ -159,6 +179,126 @@ class Run:
         if log:
             write_csv(self.path.with_name("log.csv"), log)
         self._saved = time.monotonic()
+
+
+class Training(ABC):
+    """A training in progress: what `carry_on` repeats, keeps and restores.
+
+    Attributes
+    ----------
+    optimizer : torch Optimizer
+    rate : RateSchedule
+    iteration : int
+        How many are done.
+    log : list of dict
+        A row of mean losses every ``log_every`` iterations.
+    """
+
+    STORED: ClassVar[tuple[str, ...]]
+    """Entries of `content` without which a checkpoint is of another training."""
+    REMEDY: ClassVar[str] = "lower learning_rate"
+    """What to do when it diverges."""
+
+    optimizer: torch.optim.Optimizer
+    rate: RateSchedule
+
+    def __init__(self) -> None:
+        self.iteration = 0
+        self.log: list[dict[str, float]] = []
+
+    @abstractmethod
+    def step(self) -> dict[str, float]:
+        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean of."""
+
+    @abstractmethod
+    def content(self) -> dict[str, Any]:
+        """What a checkpoint holds beside optimizer, iteration and log: tensors and plain values."""
+
+    @abstractmethod
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """Take over the `content` of a checkpoint."""
+
+    def begin(self) -> None:  # noqa: B027  # most have nothing to do
+        """What a training does at first when there is no checkpoint."""
+
+    def measure(self) -> dict[str, float]:
+        """What a row of the log has besides the means: measured when it is written."""
+        return {}
+
+    def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
+        """One step of the optimizer down `loss` (); the gradient's norm is limited to `largest_gradient`, unless that is 0."""
+        from torch import nn
+
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        if largest_gradient > 0:
+            nn.utils.clip_grad_norm_([weight for group in self.optimizer.param_groups for weight in group["params"]], largest_gradient)
+        self.optimizer.step()
+
+
+def carry_on(
+    training: Training, run: Run, settings: RunSettings, *, iterations: int, on_log: Callable[[dict[str, float]], None] | None = None
+) -> None:
+    """Begin a training, or go on with what `run` has of it, until `iterations` are done.
+
+    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one of a training that is
+    complete stays as it is.
+
+    Parameters
+    ----------
+    training : Training
+        Fresh; changed in place.
+    run : Run
+    settings : RunSettings
+    iterations : int
+        In all, those of earlier sessions included.
+    on_log : callable
+        Called with each new row of the log; what it adds to the row is kept.
+
+    Raises
+    ------
+    InputError
+        The checkpoint cannot be read or is of another training (see `Run.resume`), or a loss is not finite.
+    """
+    content = run.resume((*training.STORED, "optimizer", "iteration", "log"))
+    if content is None:
+        training.begin()
+    else:
+        training.restore(content)
+        training.optimizer.load_state_dict(content["optimizer"])
+        training.iteration, training.log = content["iteration"], list(content["log"])
+        if training.iteration >= iterations:
+            return
+
+    def save() -> None:
+        kept = {"optimizer": training.optimizer.state_dict(), "iteration": training.iteration, "log": training.log}
+        run.save(training.content() | kept, training.log)
+
+    recent: list[dict[str, float]] = []
+    with settings.loop(save):
+        while training.iteration < iterations:
+            rate = training.rate(training.iteration)
+            for group in training.optimizer.param_groups:
+                group["lr"] = rate
+            recent.append(training.step())
+            training.iteration += 1
+            if training.iteration % settings.log_every == 0 or training.iteration == iterations:
+                row = _mean_row(training, run, recent)
+                recent = []
+                training.log.append(row)
+                if on_log is not None:
+                    on_log(row)
+            if run.due:
+                save()
+
+
+def _mean_row(training: Training, run: Run, recent: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """A row of the log. Raises InputError where a mean is not finite."""
+    mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
+    row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
+    if not np.isfinite(list(mean.values())).all():
+        raise InputError(f"training diverged at iteration {training.iteration}; {training.REMEDY}")
+    return row | training.measure()
 
 
 def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict[str, Any]:

@@ -27,7 +27,7 @@ def open_session(path: Path, threads: int = 1) -> Any:
 def run_rows(session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray]) -> list[np.ndarray]:
     """Outputs `names` of a graph whose inputs and outputs all have a row an item.
 
-    Many rows are run in turns: that takes less memory and is faster, since what a part makes stays in the caches.
+    Many rows are run in parts: that takes less memory and is faster, since what a part makes stays in the caches.
     """
     rows = len(next(iter(feed.values())))
     parts = [

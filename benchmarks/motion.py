@@ -39,10 +39,11 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.io import atomic_path
 from a2v.kinematics import HUMANACT12, Skeleton, forward_kinematics
+from a2v.motion import BUNDLED
 from a2v.motion.losses import gaussian_kl
-from a2v.motion.networks import DECODERS, GaussianGRU, MotionVAE, VAESettings
-from a2v.motion.sampler import BUNDLED
-from a2v.motion.training import TrainSettings, start, train_step
+from a2v.motion.networks import DECODERS, GaussianGRU, VAESettings
+from a2v.motion.training import TrainSettings, start
+from a2v.motion.vae import MotionVAE
 from a2v.processes import python_command
 from a2v.sessions import WEIGHTS
 from export.motion import export_motion
@@ -235,12 +236,13 @@ def training(options: argparse.Namespace) -> dict[str, Any]:
     optimizers: list[torch.optim.Optimizer] = [
         torch.optim.Adam({id(p): p for part in group for p in part.parameters()}.values(), lr=2e-4, weight_decay=1e-5) for group in groups
     ]
-    sampler = ClipSampler(dataset, FRAMES)
 
     def ours(**changes: Any) -> None:
         chosen = dataclasses.replace(settings, **changes)
         with chosen.products():
-            train_step(state, sampler, chosen, kl_end=0.01)
+            state.settings = chosen
+            state.step()
+            state.iteration += 1
 
     works: dict[str, Callable[[], object]] = {
         "plain loop": lambda: plain_train_step(plain, optimizers, batch, False),

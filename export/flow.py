@@ -11,17 +11,18 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import onnx
 import torch
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
 from a2v.kinematics import bone_turns
+from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
 from export.motion import demand_temperature, describe_data
 from export.storage import round_to_stored, save_model, shrink, to_onnx
 
-FORMAT = "a2v-flow/1"
 STEPS = 7
 """Steps of the integration: more do not change the metrics (docs/research/motion-flow.md)."""
 FADE_SECONDS = 1.0
@@ -39,7 +40,7 @@ class WindowGraph(nn.Module):
     path: Tensor
 
     def __init__(
-        self, model: FlowModel, dataset: ActionDataset, steps: int, guidance: float, temperature: float, guided_until: float = 1.0
+        self, model: FlowModel, dataset: ActionDataset, *, steps: int, guidance: float, temperature: float = 1.0, guided_until: float = 1.0
     ) -> None:
         super().__init__()
         codec = model.codec
@@ -96,8 +97,8 @@ class WindowGraph(nn.Module):
         lengths = bone_lengths[:, 1:].T[:, None, :, None]
         bones = (directions.reshape(n - 1, 3, -1, self.frames) * lengths).reshape(n - 1, -1)
         joints = (self.path @ bones).reshape(n, 3, -1) + root.flatten(0, 1).T
-        turns = bone_turns(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
-        made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, turns))
+        rotvec = bone_turns(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
+        made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, rotvec))
         return tuple(made)  # type: ignore[return-value]
 
 
@@ -138,32 +139,35 @@ def export_flow(
         The temperature is not above 0 and at most 2.
     """
     demand_temperature(temperature)
-    codec, settings = model.codec, model.network.settings
-    joints = dataset.skeleton.n_joints
-    graph = WindowGraph(model, dataset, steps, guidance, temperature, guided_until).cpu().eval()
+    graph = WindowGraph(model, dataset, steps=steps, guidance=guidance, temperature=temperature, guided_until=guided_until).cpu().eval()
     round_to_stored(graph)
+    proto = _trace(graph, model)
+    shrink(proto)
+    integration = {"steps": steps, "guidance": guidance, "guided_until": guided_until, "temperature": temperature}
+    save_model(proto, describe_data(dataset, licence=licence) | describe_windows(model, dataset) | integration | dict(extra or {}), path)
+
+
+def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]:
+    """Metadata that every flow has besides `describe_data`: sizes, and how much of a window clips of each action move."""
+    shares = np.minimum(np.array([len(clip) for clip in dataset.joints]) / dataset.length, 1)
+    return {
+        "format": WINDOW_FORMAT,
+        "decoder": "flow",
+        "latent_size": model.network.settings.code_size,
+        "window_frames": model.codec.frames,
+        "context_frames": model.codec.context_frames,
+        # how much of a window moves before its clip ends: sorted, one entry a clip, by action
+        "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
+    }
+
+
+def _trace(graph: WindowGraph, model: FlowModel) -> onnx.ModelProto:
+    """The graph as ONNX, with a dynamic batch."""
+    joints, context = graph.skeleton.n_joints, model.codec.context_frames
     arguments = (
-        torch.randn(2, settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, codec.context_frames, joints, 3),
+        torch.randn(2, model.network.settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, context, joints, 3),
         torch.rand(2), torch.rand(2, joints),
     )  # fmt: skip
     names = ["noise", "actions", "active", "context", "has_context", "bone_lengths"]
     batch = torch.export.Dim("batch", min=1)
-    proto = to_onnx(graph, arguments, names, ["joints", "rotations"], [{0: batch} for _ in names])
-    shrink(proto)
-    counts = np.array([len(clip) for clip in dataset.joints])
-    shares = np.minimum(counts / dataset.length, 1)
-    metadata = describe_data(dataset, licence=licence) | {
-        "format": FORMAT,
-        "decoder": "flow",
-        "latent_size": settings.code_size,
-        "window_frames": codec.frames,
-        "context_frames": codec.context_frames,
-        "steps": steps,
-        "guidance": guidance,
-        "guided_until": guided_until,
-        "temperature": temperature,
-        # how much of a window moves before its clip ends: sorted, one entry a clip, by action
-        "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
-        **(extra or {}),
-    }
-    save_model(proto, metadata, path)
+    return to_onnx(graph, arguments, names, ["joints", "rotations"], [{0: batch} for _ in names])

@@ -25,11 +25,19 @@ from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.gradient import Turns, bone_ends, chain_frames, joint_positions
-from a2v.motion.fused import generator_entry, generator_exit, gru_weights, joined
-from a2v.motion.networks import MotionVAE
+from a2v.motion.card import STATE_NAMES, STEP_FORMAT
+from a2v.motion.fused import (
+    generator_entry,
+    generator_exit,
+    gru_inputs,
+    gru_state,
+    prior_entry,
+    prior_exit,
+    velocity_entry,
+    velocity_layers,
+)
+from a2v.motion.vae import MotionVAE
 from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink, to_onnx
-
-FORMAT = "a2v-motion/1"
 
 
 def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
@@ -63,61 +71,48 @@ class StepGraph(nn.Module):
         time: Tensor,
         lengths: Tensor,
     ) -> tuple[Tensor, ...]:
-        """New (previous, prior, low, high, trajectory), native units, and but for the plain decoder the turns (B, 3 n), in the
-        plan's order and from -1 to 1; `lengths` are (n, B)."""
+        """New (previous, prior, low, high, trajectory), native units, and but for the plain decoder the rotation vectors (B, 3 n)
+        of the n bones, in the plan's order and in half turns, from -1 to 1; `lengths` are (n, B)."""
         model, decoder = self.model, self.model.pose_decoder
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
         context = torch.cat([poses, action, time], -1)
-        gates = nn.functional.linear(context, *joined(model.prior.encoder, *gru_weights(model.prior.gru, 0, "ih")))
-        prior = _gru_step(gates, prior, *gru_weights(model.prior.gru, 0, "hh"))
-        nets = model.prior.mu_net, model.prior.logvar_net
-        moments = nn.functional.linear(prior, torch.cat([net.weight for net in nets]), torch.cat([net.bias for net in nets]))
-        mean, logvar = moments.chunk(2, 1)
+        gates = nn.functional.linear(context, *prior_entry(model.prior))
+        prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
+        mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
         latent = mean + torch.exp(0.5 * logvar) * noise
-        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model))
-        low = _gru_step(gates, low, *gru_weights(gru, 0, "hh"))
-        high = _gru_step(nn.functional.linear(low, *gru_weights(gru, 1, "ih")), high, *gru_weights(gru, 1, "hh"))
-        outputs = nn.functional.linear(high, *generator_exit(model))
+        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model.generator))
+        low = _gru_step(gates, low, *gru_state(gru, 0))
+        high = _gru_step(nn.functional.linear(low, *gru_inputs(gru, 1)), high, *gru_state(gru, 1))
+        outputs = nn.functional.linear(high, *generator_exit(model.generator, decoder))
         if decoder.lie_output is None:
             return outputs.reshape(-1, n, 3), prior, low, high, trajectory
-        turns, rest = torch.tanh(outputs[:, : 3 * n - 3]), outputs[:, 3 * n - 3 :]
-        frames = chain_frames(Turns.of((torch.pi * turns).T.reshape(n - 1, 3, -1)), decoder.plan)
+        half_turns, rest = torch.tanh(outputs[:, : 3 * n - 3]), outputs[:, 3 * n - 3 :]
+        frames = chain_frames(Turns.of((torch.pi * half_turns).T.reshape(n - 1, 3, -1)), decoder.plan)
         local = joint_positions(bone_ends(frames, lengths, decoder.plan), decoder.plan).flatten(0, 1).T
         root = rest
         if decoder.velocity_net is not None:
             trajectory, velocity = self._velocity(local, poses, rest, trajectory)
             root = previous[:, 0] + velocity
         joints = local.reshape(-1, n, 3) + root[:, None]
-        return joints, prior, low, high, trajectory, turns
+        return joints, prior, low, high, trajectory, half_turns
 
     def _velocity(self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor) -> tuple[Tensor, Tensor]:
         """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J) and h^o."""
-        decoder, size = self.model.pose_decoder, poses.shape[1]
-        assert decoder.velocity_net is not None
-        if decoder.velocity_gru is None:
-            first, *rest = decoder.velocity_net.children()
+        decoder = self.model.pose_decoder
+        made = nn.functional.linear(torch.cat([local, poses, told], -1), *velocity_entry(decoder))
+        hidden, last, leak = velocity_layers(decoder)
+        if decoder.velocity_gru is not None:
+            made = trajectory = _gru_step(made, trajectory, *gru_state(decoder.velocity_gru, 0))
         else:
-            first, rest = decoder.velocity_in, [decoder.velocity_net]
-        assert isinstance(first, nn.Linear)
-        inputs = torch.cat([local, poses, told], -1)
-        # poses count relative to their root: the root's columns take off what the others add
-        before = first.weight[:, size : 2 * size]
-        shared = before.reshape(len(before), -1, 3).sum(1)
-        weight = torch.cat([first.weight[:, :size], before[:, :3] - shared, before[:, 3:], first.weight[:, 2 * size :]], 1)
-        if decoder.velocity_gru is None:
-            hidden = nn.functional.linear(inputs, weight, first.bias)
-        else:
-            into, offset = gru_weights(decoder.velocity_gru, 0, "ih")
-            gates = nn.functional.linear(inputs, into @ weight, into @ first.bias + offset)
-            hidden = trajectory = _gru_step(gates, trajectory, *gru_weights(decoder.velocity_gru, 0, "hh"))
-        for layer in rest:
-            hidden = layer(hidden)
-        return trajectory, hidden
+            made = nn.functional.leaky_relu(made, leak)
+        for layer in hidden[1:]:
+            made = nn.functional.leaky_relu(layer(made), leak)
+        return trajectory, last(made)
 
 
 class RotationsGraph(nn.Module):
-    """Rotation vectors (B, T, J, 3) of all frames: of the plain decoder's joints (B, T, J, 3), else of `StepGraph`'s turns."""
+    """Rotation vectors (B, T, J, 3) of all frames: of the plain decoder's joints (B, T, J, 3), else of what `StepGraph` gives."""
 
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
@@ -128,8 +123,8 @@ class RotationsGraph(nn.Module):
         """See above."""
         if self.plain:
             return inverse_kinematics(made, self.skeleton)
-        turns = torch.pi * made.reshape(*made.shape[:2], -1, 3)[:, :, self.places]
-        return torch.cat([torch.zeros_like(turns[:, :, :1]), turns], 2)
+        rotvec = torch.pi * made.reshape(*made.shape[:2], -1, 3)[:, :, self.places]
+        return torch.cat([torch.zeros_like(rotvec[:, :, :1]), rotvec], 2)
 
 
 def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
@@ -139,9 +134,6 @@ def _rotations_model(model: MotionVAE, source: str) -> onnx.ModelProto:
     sizes = {0: torch.export.Dim("batch", min=1), 1: torch.export.Dim("frames", min=1)}
     proto = to_onnx(graph, (example,), [source], ["rotations"], [sizes])
     return onnx.compose.add_prefix(proto, "rotations/", rename_inputs=False, rename_outputs=False)
-
-
-STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
 
 
 def _step_model(model: MotionVAE) -> onnx.ModelProto:
@@ -177,18 +169,13 @@ def _hoist(body: onnx.GraphProto) -> list[onnx.NodeProto]:
     return constant
 
 
-def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
-    """The whole-sequence graph: a Scan of the step over frames, then metres."""
-    step = _step_model(model.eval())
-    plan = model.pose_decoder.plan
-    joints, hidden, latent = model.skeleton.n_joints, model.settings.hidden_size, model.settings.latent_size
+def _frame_body(step: onnx.ModelProto) -> tuple[onnx.GraphProto, list[onnx.NodeProto], list[onnx.TensorProto]]:
+    """What the Scan repeats; the nodes and the weights that stand in the graph around it."""
     body = onnx.GraphProto()
     body.CopyFrom(step.graph)
-    # what the Scan keeps of every frame: the joints, which are also a state, and the turns if there are any
+    # what the Scan keeps of every frame: the joints, which are also a state, and the rotation vectors if there are any
     body.node.append(helper.make_node("Identity", [body.output[0].name], ["frame_joints"]))
     body.output.insert(len(STATE_NAMES), onnx.ValueInfoProto(name="frame_joints", type=body.output[0].type))
-    made = ["native_joints", "turns"][: len(body.output) - len(STATE_NAMES)]
-    turning = _rotations_model(model, made[-1])
     folded = _hoist(body)
     weights = list(body.initializer)
     del body.initializer[:]
@@ -199,6 +186,40 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
     kept = [item for item in body.input if item.name != "lengths"]
     del body.input[:]
     body.input.extend(kept)
+    return body, folded, weights
+
+
+def _sequence_values(model: MotionVAE) -> tuple[list[onnx.ValueInfoProto], list[onnx.ValueInfoProto]]:
+    """Inputs and outputs of the whole-sequence graph."""
+    joints, hidden, latent = model.skeleton.n_joints, model.settings.hidden_size, model.settings.latent_size
+
+    def value(name: str, *shape: str | int, kind: int = TensorProto.FLOAT) -> onnx.ValueInfoProto:
+        return helper.make_tensor_value_info(name, kind, list(shape))
+
+    def states(prefix: str) -> list[onnx.ValueInfoProto]:
+        pose, *others = (f"{prefix}{name}" for name in STATE_NAMES)
+        return [value(pose, "batch", joints, 3), *(value(name, "batch", hidden) for name in others)]
+
+    inputs = [
+        value("noise", "batch", "frames", latent),
+        value("actions", "batch", "frames", kind=TensorProto.INT64),
+        value("time", "batch", "frames"),
+        value("bone_lengths", "batch", joints),
+        *states(""),
+    ]
+    clips = [value(name, "batch", "frames", joints, 3) for name in ("joints", "rotations")]
+    return inputs, [*clips, value("root", "batch", "frames", 3), *states("last_")]
+
+
+def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
+    """The whole-sequence graph: a Scan of the step over frames, then metres.
+
+    Inputs are noise (N, T, Z), actions (N, T) int64, time (N, T) in (0, 1], bone_lengths (N, J) in native units and the
+    states of `STATE_NAMES`; outputs joints (N, T, J, 3) in metres, rotations (N, T, J, 3), root (N, T, 3) and ``last_<state>``.
+    """
+    body, folded, weights = _frame_body(_step_model(model.eval()))
+    made = ["native_joints", "turns"][: len(body.output) - len(STATE_NAMES)]
+    rotations = _rotations_model(model, made[-1])
     scan = helper.make_node(
         "Scan",
         inputs=[*STATE_NAMES, "noise", "action_onehot", "time_column"],
@@ -214,7 +235,7 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         "metres_per_unit": np.array(metres_per_unit, np.float32),
         "axis2": np.array([2], np.int64),
         "root_index": np.array(0, np.int64),
-        "plan_joints": plan.joints.numpy(),
+        "plan_joints": model.pose_decoder.plan.joints.numpy(),
     }
     nodes = [
         helper.make_node("OneHot", ["actions", "depth", "off_on"], ["action_onehot"], axis=-1),
@@ -223,40 +244,12 @@ def sequence_model(model: MotionVAE, metres_per_unit: float) -> onnx.ModelProto:
         helper.make_node("Gather", ["every_length", "plan_joints"], ["lengths"], axis=0),
         *folded,
         scan,
-        *turning.graph.node,
+        *rotations.graph.node,
         helper.make_node("Mul", ["native_joints", "metres_per_unit"], ["joints"]),
         helper.make_node("Gather", ["joints", "root_index"], ["root"], axis=2),
     ]
-
-    def value(name: str, shape: list[Any], kind: int = TensorProto.FLOAT) -> onnx.ValueInfoProto:
-        return helper.make_tensor_value_info(name, kind, shape)
-
-    states = [value("previous", ["batch", joints, 3]), *(value(name, ["batch", hidden]) for name in STATE_NAMES[1:])]
-    inputs = [
-        value("noise", ["batch", "frames", latent]),
-        value("actions", ["batch", "frames"], TensorProto.INT64),
-        value("time", ["batch", "frames"]),
-        value("bone_lengths", ["batch", joints]),
-        *states,
-    ]
-    outputs = [
-        value("joints", ["batch", "frames", joints, 3]),
-        value("rotations", ["batch", "frames", joints, 3]),
-        value("root", ["batch", "frames", 3]),
-        value("last_previous", ["batch", joints, 3]),
-        *(value(f"last_{name}", ["batch", hidden]) for name in STATE_NAMES[1:]),
-    ]
-    graph = helper.make_graph(
-        nodes,
-        "a2v_motion",
-        inputs,
-        outputs,
-        initializer=[
-            *weights,
-            *turning.graph.initializer,
-            *(numpy_helper.from_array(array, name) for name, array in constants.items()),
-        ],
-    )
+    stored = [*weights, *rotations.graph.initializer, *(numpy_helper.from_array(array, name) for name, array in constants.items())]
+    graph = helper.make_graph(nodes, "a2v_motion", *_sequence_values(model), initializer=stored)
     result = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], producer_name="a2v", ir_version=10)
     onnx.checker.check_model(result, full_check=False)
     return result
@@ -288,7 +281,7 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
 def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """The metadata that makes the file usable alone."""
     return describe_data(dataset, licence=licence) | {
-        "format": FORMAT,
+        "format": STEP_FORMAT,
         "decoder": model.settings.decoder,
         "latent_size": model.settings.latent_size,
         "hidden_size": model.settings.hidden_size,
@@ -302,7 +295,7 @@ def demand_temperature(temperature: float) -> None:
         raise InputError(f"temperature is {temperature}; expected a number above 0 and at most 2")
 
 
-def cooled(model: MotionVAE, temperature: float) -> MotionVAE:
+def cool(model: MotionVAE, temperature: float) -> MotionVAE:
     """A copy of `model` whose prior draws latents with `temperature` times its standard deviation.
 
     Raises
@@ -337,14 +330,19 @@ def export_motion(
     licence : str
         Licence of the weights, shown to users.
     temperature : float
-        Of the prior, see `cooled`; 1 is the papers'. Less makes clips that are more typical of their action, and less varied.
+        Of the prior, see `cool`; 1 is the papers'. Less makes clips that are more typical of their action, and less varied.
     extra : mapping
         More metadata (training settings, metrics); must be JSON.
+
+    Raises
+    ------
+    InputError
+        The model has another number of actions than `dataset`, or the temperature is not above 0 and at most 2.
     """
     if len(dataset.actions) != model.n_actions:
         raise InputError(f"the model knows {model.n_actions} actions, {dataset.name} has {len(dataset.actions)}")
     demand_temperature(temperature)
     round_to_stored(model.cpu())
-    graph = sequence_model(cooled(model, temperature), dataset.frame.metres_per_unit)
+    graph = sequence_model(cool(model, temperature), dataset.frame.metres_per_unit)
     shrink(graph)
     save_model(graph, describe(model, dataset, licence=licence, extra={"temperature": temperature, **(extra or {})}), path)

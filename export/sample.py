@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 CLIPS_AT_ONCE = 250
-"""Clips of one run of the graph: more are made in turns, which takes less memory and is no slower."""
+"""Clips of one run of the graph: more are made in parts, which takes less memory and is no slower."""
 STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -120,11 +120,11 @@ class Model:
                     "has_context": np.full(count, following, np.float32),
                     "bone_lengths": lengths,
                 }
-                new, turns = self._run(feed)
+                new, rotated = self._run(feed)
                 skip = given if following else 0
                 take = slice(skip, skip + min(usable - skip, end - joints.shape[1]))
                 joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
-                rotations = np.concatenate([rotations, turns[:, take]], axis=1)
+                rotations = np.concatenate([rotations, rotated[:, take]], axis=1)
         return joints, rotations
 
 
@@ -176,7 +176,7 @@ def rotmat_to_zxy_degrees(rotmat: np.ndarray) -> np.ndarray:
 def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
     """One clip (T, J, 3) as BVH text in centimetres.
 
-    A BVH joint turns all bones that start at it, ours turn one bone each: where several bones start at a joint,
+    A BVH joint rotates all bones that start at it, ours rotate one bone each: where several bones start at a joint,
     each gets a helper joint of zero offset, ``<joint it leads to>_turn``.
     """
     skeleton = meta["skeleton"]
@@ -185,22 +185,22 @@ def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
     lengths = 100 * np.linalg.norm(joints[0] - joints[0][np.maximum(parents, 0)], axis=-1)
     offsets = np.asarray(skeleton["rest_directions"]) * lengths[:, None]
     local = rotvec_to_rotmat(rotations.astype(np.float64))
-    turned = {0: np.tile(np.eye(3), (len(joints), 1, 1))}  # world rotation of the bone that ends at a joint
+    world_rotmat = {0: np.tile(np.eye(3), (len(joints), 1, 1))}  # world rotation of the bone that ends at a joint
     for chain in skeleton["chains"]:
         for previous, joint in itertools.pairwise(chain):
             # chains start from the identity
-            turned[joint] = local[:, joint] if previous == chain[0] else turned[previous] @ local[:, joint]
+            world_rotmat[joint] = local[:, joint] if previous == chain[0] else world_rotmat[previous] @ local[:, joint]
     lines, columns = ["HIERARCHY"], [100 * joints[:, 0]]
 
-    def emit(name: str, offset: np.ndarray, turn: np.ndarray, depth: int, inside: list[int], joint: int | None) -> None:
+    def emit(name: str, offset: np.ndarray, rotmat: np.ndarray, depth: int, inside: list[int], joint: int | None) -> None:
         """One node at `joint` (None: a helper, whose only content is the joint it leads to)."""
         pad = "\t" * depth
-        columns.append(rotmat_to_zxy_degrees(turn))
+        columns.append(rotmat_to_zxy_degrees(rotmat))
         channels = "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation" if depth == 0 else "3 Zrotation Xrotation Yrotation"
         lines.extend([f"{pad}{'JOINT' if depth else 'ROOT'} {name}", f"{pad}{{", f"{pad}\tOFFSET {' '.join(f'{v:.6f}' for v in offset)}"])
         lines.append(f"{pad}\tCHANNELS {channels}")
         for child in inside:
-            relative = np.swapaxes(turned[joint], -1, -2) @ turned[child] if joint is not None else None
+            relative = np.swapaxes(world_rotmat[joint], -1, -2) @ world_rotmat[child] if joint is not None else None
             if relative is not None and len(inside) > 1:
                 emit(f"{names[child]}_turn", np.zeros(3), relative, depth + 1, [child], None)
             else:
@@ -211,8 +211,8 @@ def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
 
     def emit_joint(joint: int, depth: int) -> None:
         own = children[joint]
-        turn = np.swapaxes(turned[joint], -1, -2) @ turned[own[0]] if len(own) == 1 else np.eye(3)[None].repeat(len(joints), 0)
-        emit(names[joint], offsets[joint] if joint else np.zeros(3), turn, depth, own, joint)
+        rotmat = np.swapaxes(world_rotmat[joint], -1, -2) @ world_rotmat[own[0]] if len(own) == 1 else np.eye(3)[None].repeat(len(joints), 0)
+        emit(names[joint], offsets[joint] if joint else np.zeros(3), rotmat, depth, own, joint)
 
     emit_joint(0, 0)
     lines.extend(["MOTION", f"Frames: {len(joints)}", f"Frame Time: {1 / meta['fps']:.8f}"])

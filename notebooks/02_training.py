@@ -33,9 +33,11 @@ from IPython.display import display
 from a2v.datasets import ClipSampler, load_dataset
 from a2v.motion import MotionModel
 from a2v.motion.applications import generated_dataset
-from a2v.motion.flow import FlowSettings, train_flow
-from a2v.motion.networks import MotionVAE, VAESettings
+from a2v.motion.flow import FlowSettings
+from a2v.motion.flow_training import train_flow
+from a2v.motion.networks import VAESettings
 from a2v.motion.training import TrainSettings, train
+from a2v.motion.vae import MotionVAE
 from a2v.rendering.stickfigure import StickSettings, plot_rows
 from export.flow import export_flow
 from export.motion import export_motion
@@ -117,7 +119,7 @@ export_flow(flow, data, folder / "flow.onnx", licence="a demonstration", guidanc
 for name in ("vae", "flow"):
     exported = MotionModel.load(folder / f"{name}.onnx")
     print(
-        f"{name}.onnx: {exported.path.stat().st_size / 1e6:.1f} MB, {exported.metadata['decoder']}, actions {', '.join(exported.actions)}"
+        f"{name}.onnx: {exported.path.stat().st_size / 1e6:.1f} MB, {exported.card.decoder}, actions {', '.join(exported.actions)}"
     )
 
 # %% [markdown]

@@ -39,7 +39,7 @@ folder = Path(tempfile.mkdtemp(prefix="a2v-generation-"))
 model = MotionModel.load("humanact12")
 mocap = MotionModel.load("cmu")
 for each in (model, mocap):
-    print(f"{each.path.name}: {each.fps:g} fps, {each.skeleton.n_joints} joints, {each.metadata['licence']}")
+    print(f"{each.path.name}: {each.fps:g} fps, {each.skeleton.n_joints} joints, {each.card.licence}")
     print("  ", ", ".join(each.actions))
 
 

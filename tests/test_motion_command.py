@@ -57,7 +57,7 @@ def test_bodies(tmp_path, start):
     motion("--action", "Walk", "--frames", 5, "--bone_scale", "legs=1.5", "--out", tmp_path / "legs.npz")
     tall = Motion.load(tmp_path / "legs.npz")
     assert np.allclose(
-        bone_lengths(tall.joints, model.skeleton)[0] / model.metadata["metres_per_unit"], model.scaled_bones({"legs": 1.5}), atol=1e-5
+        bone_lengths(tall.joints, model.skeleton)[0] / model.card.metres_per_unit, model.scaled_bones({"legs": 1.5}), atol=1e-5
     )
     motion("--action", "Jump", "--frames", 5, "--bones", tmp_path / "legs.npz", "--out", tmp_path / "own.npz")
     own = Motion.load(tmp_path / "own.npz")
@@ -118,7 +118,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(nam
     from a2v.evaluation.protocol import generator_of
 
     model = MotionModel.load(name)
-    frames, count = model.metadata["frames"], 60
+    frames, count = model.card.frames, 60
     file, tolerance = AUTHORS[name]
     evaluator = load_evaluator(data_dir / "evaluators" / file)
     right, wrong_frame, labels = [], [], []

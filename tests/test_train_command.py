@@ -28,7 +28,7 @@ def test_train_then_sample_then_evaluate(tmp_path, data_dir, arguments):
     run = str(tmp_path / "run")
     assert main(["train", *arguments, "--dataset", "humanact12", "--data", str(data_dir), "--out", run, "--licence", "none"]) == 0
     model = MotionModel.load(f"{run}/motion.onnx")
-    assert model.metadata["licence"] == "none"
+    assert model.card.licence == "none"
     assert model.sample("walk", frames=7).joints.shape == (7, 24, 3)
     table = tmp_path / "table.md"
     measure = ["evaluate", "--dataset", "humanact12", "--data", str(data_dir), "--model", f"{run}/motion.onnx", "--out", str(table)]
@@ -69,7 +69,7 @@ def test_a_folder_of_bvh_is_checked_learned_sampled_and_measured(tmp_path, own_a
     assert main(["train", "motion", *data, "--held_out", "09", "--out", str(tmp_path / "run"), *small]) == 0
     model = MotionModel.load(tmp_path / "run" / "motion.onnx")
     assert model.actions == ("jump", "walk")
-    assert model.metadata["held_out"] == ["09"]
+    assert model.card.held_out == ("09",)
     motion = model.sample("jump", frames=5)
     assert motion.joints.shape == (5, 28, 3)
     # a Motion names its skeleton, and its rotations are that skeleton's

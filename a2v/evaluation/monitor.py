@@ -8,7 +8,7 @@ import torch
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.evaluation.classifier import Evaluator
 from a2v.evaluation.metrics import accuracy, fid
-from a2v.motion.networks import MotionVAE
+from a2v.motion.vae import MotionVAE
 
 
 def quick_scores(model: MotionVAE, dataset: ActionDataset, evaluator: Evaluator, *, clips: int = 600, seed: int = 1) -> dict[str, float]:

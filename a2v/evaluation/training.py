@@ -5,9 +5,10 @@ from __future__ import annotations
 import copy
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,7 +18,7 @@ from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.evaluation.classifier import ActionClassifier, Evaluator, load_evaluator
 from a2v.evaluation.metrics import accuracy
-from a2v.runs import Run, RunSettings, cosine_decay, identity, set_rate
+from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 
 FILE = "classifier.pt"
 """Checkpoint of a run, and at its end the classifier that `load_evaluator` reads."""
@@ -56,6 +57,54 @@ def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows:
     return accuracy(predicted, held_out.labels[clips])
 
 
+class ClassifierTraining(Training):
+    """A classifier's training in progress; every iteration draws from its own seed."""
+
+    STORED = ("model",)
+
+    def __init__(self, dataset: ActionDataset, held_out: ActionDataset | None, settings: ClassifierSettings) -> None:
+        super().__init__()
+        self.dataset, self.held_out, self.settings, self.device = dataset, held_out, settings, settings.claim()
+        torch.manual_seed(settings.seed)
+        self.network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(self.device)
+        self.optimizer = torch.optim.AdamW(self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01)
+        self.sampler = ClipSampler(dataset, dataset.length)
+
+    def step(self) -> dict[str, float]:
+        """One iteration; its cross entropy as "loss"."""
+        generator = np.random.default_rng([self.settings.seed, self.iteration])
+        joints, labels, _ = self.sampler.batch(self.settings.batch_size, generator)
+        state = generator.standard_normal((2, len(joints), self.network.recurrent.hidden_size), dtype=np.float32)
+        batch, first, wanted = (torch.from_numpy(x).to(self.device) for x in (self.dataset.frame.flip(joints), state, labels))
+        _, logits = self.network(batch.flatten(2), first)
+        loss = nn.functional.cross_entropy(logits, wanted)
+        self.descend(loss, largest_gradient=self.settings.clip_gradient)
+        return {"loss": float(loss.detach())}
+
+    def measure(self) -> dict[str, float]:
+        """The "accuracy" on held-out clips, if there are any."""
+        if self.held_out is None:
+            return {}
+        return {"accuracy": held_out_accuracy(Evaluator(copy.deepcopy(self.network).cpu().eval(), FILE, ""), self.held_out)}
+
+    def content(self) -> dict[str, Any]:
+        """Weights, and under "a2v" what `load_evaluator` says of them."""
+        info = {
+            "dataset": self.dataset.name,
+            "dataset_digest": self.dataset.digest,
+            "actions": list(self.dataset.actions),
+            "held_out": sorted(set(self.held_out.subjects)) if self.held_out is not None else [],
+            "held_out_accuracy": self.log[-1].get("accuracy", math.nan) if self.log else math.nan,
+            "iterations": self.iteration,
+        }
+        return {"model": self.network.state_dict(), "a2v": info}
+
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """See `Training`."""
+        self.network.load_state_dict(content["model"])
+
+
 def train_classifier(
     dataset: ActionDataset,
     folder: str | os.PathLike[str],
@@ -87,61 +136,7 @@ def train_classifier(
         The run in `folder` was made with other data or settings, or training diverges.
     """
     settings = settings or ClassifierSettings()
-    device = settings.claim()
     path = Path(folder) / FILE
-    made_with = identity(settings, digest=dataset.digest) | {"frames": dataset.length}
-    run = Run(path, made_with, settings.checkpoint_seconds)
-    torch.manual_seed(settings.seed)
-    network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(device)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
-    iteration = 0
-    log: list[dict[str, float]] = []
-    content = run.resume(("model", "optimizer", "iteration", "log"))
-    if content is not None:
-        network.load_state_dict(content["model"])
-        optimizer.load_state_dict(content["optimizer"])
-        iteration, log = content["iteration"], list(content["log"])
-        if iteration >= settings.iterations:  # finished: the file stays as it is, so that its digest names it
-            return load_evaluator(path)
-    sampler = ClipSampler(dataset, dataset.length)
-
-    def save() -> None:
-        info = {
-            "dataset": dataset.name,
-            "dataset_digest": dataset.digest,
-            "actions": list(dataset.actions),
-            "held_out": sorted(set(held_out.subjects)) if held_out is not None else [],
-            "held_out_accuracy": log[-1].get("accuracy", math.nan) if log else math.nan,
-            "iterations": iteration,
-        }
-        run.save({"model": network.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration, "log": log, "a2v": info}, log)
-
-    losses: list[float] = []
-    with settings.loop(save):
-        while iteration < settings.iterations:
-            generator = np.random.default_rng([settings.seed, iteration])
-            joints, labels, _ = sampler.batch(settings.batch_size, generator)
-            state = generator.standard_normal((2, len(joints), network.recurrent.hidden_size), dtype=np.float32)
-            batch, first, wanted = (torch.from_numpy(x).to(device) for x in (dataset.frame.flip(joints), state, labels))
-            _, logits = network(batch.flatten(2), first)
-            loss = nn.functional.cross_entropy(logits, wanted)
-            set_rate(optimizer, settings.learning_rate * cosine_decay(iteration / settings.iterations, 0.01))
-            optimizer.zero_grad(set_to_none=True)
-            loss.backward()  # type: ignore[no-untyped-call]
-            nn.utils.clip_grad_norm_(network.parameters(), settings.clip_gradient)
-            optimizer.step()
-            iteration += 1
-            losses.append(float(loss.detach()))
-            if iteration % settings.log_every == 0 or iteration == settings.iterations:
-                row = {"iteration": float(iteration), "seconds": run.seconds, "loss": float(np.mean(losses))}
-                if not np.isfinite(row["loss"]):
-                    raise InputError(f"training diverged at iteration {iteration}; lower learning_rate")
-                if held_out is not None:
-                    row["accuracy"] = held_out_accuracy(Evaluator(copy.deepcopy(network).cpu().eval(), FILE, ""), held_out)
-                log.append(row)
-                losses = []
-                if on_log is not None:
-                    on_log(row)
-            if run.due:
-                save()
+    run = Run(path, identity(settings, digest=dataset.digest) | {"frames": dataset.length}, settings.checkpoint_seconds)
+    carry_on(ClassifierTraining(dataset, held_out, settings), run, settings, iterations=settings.iterations, on_log=on_log)
     return load_evaluator(path)

@@ -10,10 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from a2v.animation.source import source_joints
 from a2v.datasets import ActionDataset, NativeFrame
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
-from a2v.motion.sampler import MotionModel, leg_length, level_floor
+from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.kinematics.resample import resample_motion
+from a2v.motion.model import MotionModel
+from a2v.motion.placement import leg_length, level_floor
 from a2v.types import FloatArray, Motion
 
 CONCENTRATED = 0.7
@@ -54,7 +58,7 @@ def interpolate(
     """
     if not 2 <= rows <= 100:
         raise InputError(f"rows is {rows}; expected 2 to 100 motions, both ends included")
-    names = model.check_request(action, frames, rows)
+    names = model.check_request(action, frames=frames, count=rows)
     first, second = (np.random.default_rng(seed) for seed in seeds)
     share = np.linspace(0, 1, rows)
 
@@ -68,7 +72,8 @@ def interpolate(
 
     body = model.bone_lengths
     joints, rotations = model.generate(np.tile(model.frame_labels(names, frames), (rows, 1)), np.tile(body, (rows, 1)), noise)
-    return model.to_motion(joints, rotations, body, names, seeds[0], interpolated=[*seeds, rows], path="linear" if linear else "spherical")
+    path = "linear" if linear else "spherical"
+    return model.to_motion(joints, rotations, lengths=body, names=names, seed=seeds[0], interpolated=[*seeds, rows], path=path)
 
 
 def between(first: FloatArray, second: FloatArray, share: FloatArray, *, linear: bool = False) -> FloatArray:
@@ -95,7 +100,7 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     """Several futures of given poses (journal paper, Sec. 5.1.5).
 
     The futures have the body of `start` and go on where it ends; all poses of `start` are kept. A model that knows people
-    from one side only (HumanAct12: facing the camera) is shown `start` turned to that side, and the result is turned back.
+    from one side only (HumanAct12: facing the camera) is shown `start` rotated to that side, and the result is rotated back.
 
     Parameters
     ----------
@@ -122,32 +127,30 @@ def outpaint(model: MotionModel, start: Motion, action: str | list[str], *, fram
     """
     if start.batch:
         raise InputError(f"outpaint takes one clip; this Motion is a batch of shape {start.batch}: index it first")
-    from a2v.kinematics.resample import resample_motion
-
-    names = model.check_request(action, frames, count)
+    names = model.check_request(action, frames=frames, count=count)
     skeleton = model.skeleton
-    given = on_skeleton(resample_motion(start, model.fps), skeleton, model.bone_lengths * model.metadata["metres_per_unit"])
+    given = on_skeleton(resample_motion(start, model.fps), skeleton, model.bone_lengths * model.card.metres_per_unit)
     if len(given) >= frames:
         raise InputError(f"the start has {len(given)} frames at {model.fps:g} fps; ask for more than that, or give fewer of them")
     vectors = given - given[:, np.maximum(skeleton.parents, 0)]
-    lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.metadata["metres_per_unit"]
+    lengths = np.median(np.linalg.norm(vectors, axis=-1), axis=0) / model.card.metres_per_unit
     generator = np.random.default_rng(seed)
     labels = np.tile(model.frame_labels(names, frames), (count, 1))
     bodies = np.tile(lengths.astype(np.float32), (count, 1))
-    turn = _to_known_heading(model, given, int(labels[0, 0]), generator)
+    rotmat = _to_known_heading(model, given, int(labels[0, 0]), generator)
     # the model's own steps: longer legs took longer ones, see MotionModel.to_motion
     step = float(leg_length(lengths, skeleton) / leg_length(model.bone_lengths, skeleton))
     end = given[-1, 0]
     shown = given - end
-    shown = (shown + (1 / step - 1) * shown[:, :1]) @ turn.T
+    shown = (shown + (1 / step - 1) * shown[:, :1]) @ rotmat.T
     joints, _ = model.generate(labels, bodies, generator, np.tile(shown.astype(np.float32), (count, 1, 1, 1)))
-    joints = (joints + (step - 1) * joints[:, :, :1]) @ turn + end
+    joints = (joints + (step - 1) * joints[:, :, :1]) @ rotmat + end
     # the given poses say where the floor is, unless they are too few to tell a step from a jump
-    known = len(given) if len(given) >= 0.5 * model.fps else int(model.metadata["frames"])
-    joints = level_floor(joints.astype(np.float32), max(known, len(given)), int(model.metadata["frames"]) // 2)
+    known = len(given) if len(given) >= 0.5 * model.fps else model.card.frames
+    joints = level_floor(joints.astype(np.float32), max(known, len(given)), model.card.frames // 2)
     joints[:, : len(given)] = given
     rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
-    return replace(model.to_motion(joints, rotations, bodies, names, seed, place=False), given_frames=len(given))
+    return replace(model.to_motion(joints, rotations, lengths=bodies, names=names, seed=seed, place=False), given_frames=len(given))
 
 
 def matching_actions(model: MotionModel, pattern: str) -> list[str]:
@@ -171,11 +174,11 @@ def sample_each(model: MotionModel, actions: list[str], *, frames: int = 60, see
     ``model.sample(name, seed=seed)``.
     """
     for name in actions:
-        model.check_request(name, frames, 1)
+        model.check_request(name, frames=frames, count=1)
     clips = [model.sample(name, frames=frames, seed=seed) for name in actions]
     labels = [model.actions[model.label(name)] for name in actions]
     joints, rotations = np.stack([clip.joints for clip in clips]), np.stack([clip.rotations for clip in clips])
-    motion = model.to_motion(joints, rotations, model.bone_lengths, labels, seed, place=False)
+    motion = model.to_motion(joints, rotations, lengths=model.bone_lengths, names=labels, seed=seed, place=False)
     return replace(motion, action="|".join(labels))
 
 
@@ -193,8 +196,8 @@ def generated_dataset(model: MotionModel, *, clips: int = 20, frames: int | None
         Frames a clip; the model's own without.
     seed : int
     """
-    length = frames or int(model.metadata["frames"])
-    frame = NativeFrame(metres_per_unit=model.metadata["metres_per_unit"], signs=tuple(model.metadata["native_signs"]))
+    length = frames or model.card.frames
+    frame = NativeFrame(metres_per_unit=model.card.metres_per_unit, signs=model.card.native_signs)
     joints, labels = [], []
     for label, action in enumerate(model.actions):
         made = model.sample(action, frames=length, count=max(clips, 2), seed=seed + label)
@@ -209,7 +212,7 @@ def generated_dataset(model: MotionModel, *, clips: int = 20, frames: int | None
         clip_names=tuple(f"{model.actions[label]}_{index % clips:03d}" for index, label in enumerate(labels)),
         subjects=tuple(f"S{index % clips % 3}" for index in range(len(labels))),
         fps=model.fps,
-        length=int(model.metadata["frames"]),
+        length=model.card.frames,
         frame=frame,
     )
 
@@ -235,9 +238,6 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
     """
     if motion.joint_names == skeleton.joint_names:
         return motion.joints.astype(np.float32)
-    from a2v.animation.source import source_joints
-    from a2v.kinematics.names import canonical_joints, missing_joints
-
     wanted = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
     if missing := missing_joints(wanted):
         raise InputError(f"the model's skeleton '{skeleton.name}' has no {', '.join(missing[:4])}; give a start with its own joint names")
@@ -270,7 +270,7 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
 
 
 def heading(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
+    """Angle (...) about +y from +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
 
     Raises
     ------

@@ -7,24 +7,18 @@ Without a step loop it does not drift inside a window, and following windows con
 
 from __future__ import annotations
 
-import dataclasses
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
-from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
-from a2v.motion.windows import WindowCodec, window_features
-from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, set_rate
+from a2v.motion.windows import WindowCodec
+from a2v.runs import RunSettings
 
-FILE = "flow.pt"
-STORED = ("network", "averaged", "optimizer", "iteration", "settings", "codec", "log")
 GUIDANCE = 1.5
 """How far velocities are pushed towards the action when nothing else is asked for (docs/research/motion-flow.md)."""
 
@@ -245,160 +239,3 @@ class FlowModel:
 
     network: FlowNetwork
     codec: WindowCodec
-
-
-class WindowPool:
-    """Encoded random windows with what conditions them; drawn anew now and then."""
-
-    def __init__(self, dataset: ActionDataset, codec: WindowCodec) -> None:
-        self.dataset, self.codec = dataset, codec
-        self.sampler = ClipSampler(dataset, dataset.length)
-        self.counts = np.array([len(joints) for joints in dataset.joints])
-
-    def draw(self, size: int, generator: np.random.Generator) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Codes (N, D), labels (N,), active shares (N,) and context codes (N, C) of `size` windows."""
-        clips = generator.integers(0, len(self.dataset), size)
-        features = window_features(self.sampler.windows(clips, generator), self.dataset.skeleton)
-        code = self.codec.window.encode(features.reshape(size, -1))
-        context = self.codec.context.encode(features[:, : self.codec.context_frames].reshape(size, -1))
-        active = np.minimum(self.counts[clips] / self.dataset.length, 1).astype(np.float32)
-        return tuple(torch.from_numpy(x) for x in (code, self.dataset.labels[clips], active, context))  # type: ignore[return-value]
-
-
-def _stored_codec(content: Mapping[str, Any], features: int) -> WindowCodec:
-    """The codec of a run's ``flow.pt``, of `features` numbers a frame."""
-    return WindowCodec.from_arrays({name: array.numpy() for name, array in content["codec"].items()}, features)
-
-
-def _carry_over(path: str, network: FlowNetwork, codec: WindowCodec, features: int) -> WindowCodec:
-    """Give `network` the averaged weights of another run, turned to the code of `codec`; the codec with that run's context.
-
-    A flow between rotated noise and rotated codes is the same flow: only the first and the last layer see the rotation.
-    """
-    content = read_checkpoint(path, STORED)
-    theirs, weights = _stored_codec(content, features), content["averaged"]
-    shapes, wanted = ({name: tuple(tensor.shape) for name, tensor in part.items()} for part in (weights, network.state_dict()))
-    if shapes != wanted or len(theirs.window.mean) != len(codec.window.mean) or theirs.context_frames != codec.context_frames:
-        raise InputError(f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out")
-    turn = torch.from_numpy(theirs.window.rotation_to(codec.window))
-    turned = {"entry.weight": weights["entry.weight"] @ turn} | {name: turn.T @ weights[name] for name in ("exit.weight", "exit.bias")}
-    network.load_state_dict(weights | turned)
-    return dataclasses.replace(codec, context=theirs.context)
-
-
-def train_flow(
-    dataset: ActionDataset,
-    folder: str | os.PathLike[str],
-    *,
-    settings: FlowSettings | None = None,
-    on_log: Callable[[FlowModel, dict[str, float]], None] | None = None,
-) -> FlowModel:
-    """Train, or go on with, the flow in `folder` (``flow.pt`` every few minutes, at the end and on Ctrl-C).
-
-    Parameters
-    ----------
-    dataset : ActionDataset
-    folder : path
-    settings : FlowSettings
-    on_log : callable
-        Called with the averaged model and the mean loss since the last call, every `log_every` iterations.
-    """
-    settings = settings or FlowSettings()
-    device = settings.claim()
-    run = Run(Path(folder) / FILE, identity(settings, digest=dataset.digest), settings.checkpoint_seconds)
-    torch.manual_seed(settings.seed)
-    network, averaged = (FlowNetwork(len(dataset.actions), settings).to(device) for _ in range(2))
-    averaged.load_state_dict(network.state_dict())
-    optimizer = torch.optim.AdamW(network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
-    features = 3 * dataset.skeleton.n_joints
-    iteration = 0
-    log: list[dict[str, float]] = []
-    content = run.resume(STORED)
-    if content is not None:
-        network.load_state_dict(content["network"])
-        averaged.load_state_dict(content["averaged"])
-        optimizer.load_state_dict(content["optimizer"])
-        iteration, log = content["iteration"], list(content["log"])
-        # the stored basis, not a new one: eigenvectors are only defined up to their signs
-        codec = _stored_codec(content, features)
-    else:
-        codec = WindowCodec.fit(
-            dataset, size=settings.code_size, context_size=settings.context_size, context_frames=settings.context_frames,
-            foot_place=settings.foot_place, foot_step=settings.foot_step, seed=settings.seed,
-        )  # fmt: skip
-        if settings.initial:
-            codec = _carry_over(settings.initial, network, codec, features)
-            averaged.load_state_dict(network.state_dict())
-
-    def save() -> None:
-        state = {
-            "network": network.state_dict(), "averaged": averaged.state_dict(), "optimizer": optimizer.state_dict(), "iteration": iteration,
-            "settings": dataclasses.asdict(settings), "dataset": dataset.name, "log": log,
-            "codec": {name: torch.from_numpy(array) for name, array in codec.to_arrays().items()},
-        }  # fmt: skip
-        run.save(state, log)
-
-    emphasis = torch.from_numpy(codec.window.scale).to(device) ** settings.emphasis
-    emphasis = emphasis / emphasis.mean()
-    pool = WindowPool(dataset, codec)
-    refresh = max(1, settings.pool // 16)
-    codes = labels = active = context = torch.empty(0)
-    losses: list[float] = []
-    with settings.loop(save):
-        while iteration < settings.iterations:
-            if iteration % refresh == 0 or not len(codes):
-                drawn_at = iteration - iteration % refresh  # so that a resumed run sees the pool it would have seen
-                codes, labels, active, context = pool.draw(settings.pool, np.random.default_rng([settings.seed, drawn_at]))
-            # every iteration has its own generator, so that a resumed run draws what it would have drawn
-            draws = torch.Generator().manual_seed(settings.seed * 1_000_003 + iteration)
-            chosen = torch.randint(0, len(codes), (settings.batch_size,), generator=draws)
-            noise = torch.randn(settings.batch_size, settings.code_size, generator=draws)
-            # times from a logistic normal: the middle of the path is the hardest (Esser et al. 2024)
-            moment = torch.sigmoid(torch.randn(settings.batch_size, generator=draws))
-            with_context = (torch.rand(settings.batch_size, generator=draws) >= settings.context_dropout).float()
-            without_action = torch.rand(settings.batch_size, generator=draws) < settings.action_dropout
-            known = torch.where(without_action, network.n_actions, labels[chosen])
-            target, noise, moment, with_context = (x.to(device) for x in (codes[chosen], noise, moment, with_context))
-            point = (1 - moment[:, None]) * noise + moment[:, None] * target
-            with torch.autocast(device.type, torch.bfloat16, enabled=settings.half):
-                condition = network.condition(known.to(device), active[chosen].to(device), context[chosen].to(device), with_context)
-                velocity = network(point, moment, condition)
-            loss = (emphasis * (velocity.float() - (target - noise)) ** 2).mean()
-            warm = min(1.0, (iteration + 1) / 500)
-            set_rate(optimizer, settings.learning_rate * warm * cosine_decay(iteration / settings.iterations, 0.02))
-            optimizer.zero_grad(set_to_none=True)
-            loss.backward()
-            optimizer.step()
-            iteration += 1
-            decay = min(settings.average, (1 + iteration) / (10 + iteration))
-            with torch.no_grad():
-                for mean, value in zip(averaged.parameters(), network.parameters(), strict=True):
-                    mean.lerp_(value, 1 - decay)
-            losses.append(float(loss.detach()))
-            if iteration % settings.log_every == 0 or iteration == settings.iterations:
-                log.append({"iteration": float(iteration), "seconds": run.seconds, "loss": float(np.mean(losses))})
-                losses = []
-                if on_log is not None:
-                    on_log(FlowModel(averaged, codec), log[-1])
-            if run.due:
-                save()
-    return FlowModel(averaged.eval(), codec)
-
-
-def load_flow(folder: str | os.PathLike[str], dataset: ActionDataset) -> FlowModel:
-    """The averaged model of a run's ``flow.pt``.
-
-    Raises
-    ------
-    InputError
-        No run is there, or it was trained on other data.
-    """
-    path = Path(folder) / FILE
-    content = read_checkpoint(path, STORED)
-    if content["made_with"]["dataset_digest"] != dataset.digest:
-        raise InputError(f"{path} was trained on other data than {dataset.name} here")
-    settings = FlowSettings(**content["settings"])
-    codec = _stored_codec(content, 3 * dataset.skeleton.n_joints)
-    network = FlowNetwork(len(dataset.actions), settings)
-    network.load_state_dict(content["averaged"])
-    return FlowModel(network.eval(), codec)

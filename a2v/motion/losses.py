@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import torch
 from torch import Tensor
 
-from a2v.motion.networks import Reconstruction, shifted
+from a2v.motion.vae import Reconstruction, shifted
 
 ReconstructionLoss = Literal["norm", "mse"]
 

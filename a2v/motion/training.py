@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +17,12 @@ from torch import nn
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
 from a2v.motion.losses import ReconstructionLoss, vae_losses
-from a2v.motion.networks import MotionVAE, VAESettings
-from a2v.runs import Run, RunSettings, cosine_decay, identity, set_rate
+from a2v.motion.networks import VAESettings
+from a2v.motion.vae import MotionVAE
+from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity
 
 FILE = "checkpoint.pt"
-KL_END = {"cmu": 0.1, "ntu_vibe": 0.1}
+KL_END: Mapping[str, float] = {"cmu": 0.1, "ntu_vibe": 0.1}
 """Final weight of the KL term by data set (Sec. 5, implementation details); 0.01 for HumanAct12 and for other data."""
 
 
@@ -78,20 +80,66 @@ class TrainSettings(RunSettings):
         return KL_END.get(dataset.name, 0.01) if self.kl_end < 0 else self.kl_end
 
 
-@dataclass
-class TrainState:
-    """A run in progress: what a checkpoint holds."""
+class VAETraining(Training):
+    """A VAE's training in progress.
 
-    model: MotionVAE
-    optimizer: torch.optim.Optimizer
-    generator: np.random.Generator
-    iteration: int = 0
-    seconds: float = 0.0
-    log: list[dict[str, float]] = field(default_factory=list)
+    Attributes
+    ----------
+    model : MotionVAE
+    generator : numpy Generator
+        Draws batches, noise and who is given real poses.
+    """
+
+    STORED = ("model", "generator")
+    REMEDY = "lower learning_rate or set clip_gradient"
+
+    def __init__(self, dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> None:
+        super().__init__()
+        torch.manual_seed(settings.seed)
+        self.settings, self.dataset, self.device = settings, dataset.name, settings.claim()
+        self.model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(self.device)
+        self.optimizer = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
+        self.generator = np.random.default_rng(settings.seed)
+        self.span = max(settings.iterations - 1, 1)
+        self.rate = RateSchedule(peak=settings.learning_rate, span=self.span, floor=1.0 if settings.schedule == "constant" else 0.01)
+        self.sampler = ClipSampler(dataset, settings.length or dataset.length)
+        self.final_kl = settings.final_kl(dataset)
+
+    def step(self) -> dict[str, float]:
+        """One iteration; the unweighted terms of Eq. 12 and the weights in force."""
+        model, generator, settings = self.model, self.generator, self.settings
+        batch, labels, bone_lengths = self.sampler.batch(settings.batch_size, generator)
+        noise = generator.standard_normal((*batch.shape[:2], model.settings.latent_size), dtype=np.float32)
+        forced = generator.random(len(batch)) < settings.teacher_forcing
+        if settings.teacher_forcing_meaning == "published":
+            forced = ~forced
+        joints, lengths, draws, teacher = (torch.from_numpy(x).to(self.device) for x in (batch, bone_lengths, noise, forced))
+        actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(self.device, joints.dtype)
+        kl_weight = settings.kl_start + (self.final_kl - settings.kl_start) * (self.iteration / self.span)
+        result = model.reconstruct(joints, actions, lengths, draws, teacher)
+        losses = vae_losses(result, joints, reconstruction=settings.reconstruction)
+        total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
+        self.descend(total, largest_gradient=settings.clip_gradient)
+        terms = {name: float(value.detach()) for name, value in losses._asdict().items()}
+        return terms | {"kl_weight": kl_weight, "learning_rate": self.rate(self.iteration)}
+
+    def content(self) -> dict[str, Any]:
+        """Weights, the generator's state, and the sizes that the weights have."""
+        return {
+            "model": self.model.state_dict(),
+            "generator": self.generator.bit_generator.state,
+            "vae": dataclasses.asdict(self.model.settings),
+            "dataset": self.dataset,
+        }
+
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """See `Training`."""
+        self.model.load_state_dict(content["model"])
+        self.generator.bit_generator.state = content["generator"]
 
 
-def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> TrainState:
-    """A fresh run with seeded weights.
+def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> VAETraining:
+    """A fresh training with seeded weights.
 
     Raises
     ------
@@ -102,40 +150,7 @@ def start(dataset: ActionDataset, vae: VAESettings, settings: TrainSettings) -> 
     if vae.decoder.startswith("glmi") and (spread < 1e-4 or not dataset.trajectory):
         # NTU-VIBE's roots sway by centimetres and go nowhere: no use
         raise InputError(f"{dataset.name} has no root trajectory, which '{vae.decoder}' infers; use 'lie' or 'plain'")
-    torch.manual_seed(settings.seed)
-    model = MotionVAE(dataset.skeleton, len(dataset.actions), vae).to(settings.claim())
-    optimizer = torch.optim.Adam(model.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
-    return TrainState(model, optimizer, np.random.default_rng(settings.seed))
-
-
-def train_step(state: TrainState, sampler: ClipSampler, settings: TrainSettings, *, kl_end: float) -> dict[str, float]:
-    """One iteration; returns the unweighted terms of Eq. 12 and the weights in force."""
-    model, generator = state.model, state.generator
-    device = next(model.parameters()).device
-    batch, labels, bone_lengths = sampler.batch(settings.batch_size, generator)
-    noise = generator.standard_normal((*batch.shape[:2], model.settings.latent_size), dtype=np.float32)
-    forced = generator.random(len(batch)) < settings.teacher_forcing
-    if settings.teacher_forcing_meaning == "published":
-        forced = ~forced
-    joints, lengths, draws, teacher = (torch.from_numpy(x).to(device) for x in (batch, bone_lengths, noise, forced))
-    actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(device, joints.dtype)
-
-    progress = state.iteration / max(settings.iterations - 1, 1)
-    kl_weight = settings.kl_start + (kl_end - settings.kl_start) * progress
-    rate = settings.learning_rate * (1.0 if settings.schedule == "constant" else cosine_decay(progress, 0.01))
-    set_rate(state.optimizer, rate)
-
-    result = model.reconstruct(joints, actions, lengths, draws, teacher)
-    losses = vae_losses(result, joints, reconstruction=settings.reconstruction)
-    total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
-    state.optimizer.zero_grad(set_to_none=True)
-    total.backward()  # type: ignore[no-untyped-call]
-    if settings.clip_gradient > 0:
-        nn.utils.clip_grad_norm_(model.parameters(), settings.clip_gradient)
-    state.optimizer.step()
-    state.iteration += 1
-    terms = {name: float(value.detach()) for name, value in losses._asdict().items()}
-    return terms | {"kl_weight": kl_weight, "learning_rate": rate}
+    return VAETraining(dataset, vae, settings)
 
 
 def train(
@@ -144,7 +159,7 @@ def train(
     *,
     vae: VAESettings | None = None,
     settings: TrainSettings | None = None,
-    on_log: Callable[[TrainState, dict[str, float]], None] | None = None,
+    on_log: Callable[[VAETraining, dict[str, float]], None] | None = None,
 ) -> MotionVAE:
     """Train, or go on with, the run in `folder`.
 
@@ -158,49 +173,18 @@ def train(
     vae, settings
         Sizes and schedule.
     on_log : callable
-        Called with the state and the mean terms since the last call, every `log_every` iterations.
+        Called with the training and the mean terms since the last call, every `log_every` iterations; what it adds to the
+        terms goes into the log.
+
+    Raises
+    ------
+    InputError
+        GLMI is asked for data without a trajectory, the run in `folder` was made with other data or settings, or training
+        diverges.
     """
     vae, settings = vae or VAESettings(), settings or TrainSettings()
     run = Run(Path(folder) / FILE, identity(vae, settings, digest=dataset.digest), settings.checkpoint_seconds)
-    state = start(dataset, vae, settings)
-    content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
-    if content is not None:
-        state.model.load_state_dict(content["model"])
-        state.optimizer.load_state_dict(content["optimizer"])
-        state.generator.bit_generator.state = content["generator"]
-        state.iteration, state.log = content["iteration"], list(content["log"])
-    sampler = ClipSampler(dataset, settings.length or dataset.length)
-    kl_end = settings.final_kl(dataset)
-    recent: list[dict[str, float]] = []
-
-    def save() -> None:
-        run.save(_checkpoint(state, dataset, vae), state.log)
-
-    with settings.loop(save):
-        while state.iteration < settings.iterations:
-            recent.append(train_step(state, sampler, settings, kl_end=kl_end))
-            state.seconds = run.seconds
-            if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
-                mean = {name: float(np.mean([terms[name] for terms in recent])) for name in recent[0]}
-                row = {"iteration": float(state.iteration), "seconds": state.seconds} | mean
-                recent = []
-                if not np.isfinite(row["reconstruction"]):
-                    raise InputError(f"training diverged at iteration {state.iteration}; lower learning_rate or set clip_gradient")
-                if on_log is not None:
-                    on_log(state, row)
-                state.log.append(row)
-            if run.due:
-                save()
-    return state.model.eval()
-
-
-def _checkpoint(state: TrainState, dataset: ActionDataset, vae: VAESettings) -> dict[str, Any]:
-    return {
-        "model": state.model.state_dict(),
-        "optimizer": state.optimizer.state_dict(),
-        "generator": state.generator.bit_generator.state,
-        "iteration": state.iteration,
-        "log": state.log,
-        "vae": dataclasses.asdict(vae),
-        "dataset": dataset.name,
-    }
+    training = start(dataset, vae, settings)
+    show = on_log and functools.partial(on_log, training)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=show)
+    return training.model.eval()

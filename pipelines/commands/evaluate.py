@@ -104,14 +104,14 @@ def open_models(names: list[str], dataset: ActionDataset) -> dict[str, MotionMod
     models: dict[str, MotionModel] = {}
     for name in names:
         model = MotionModel.load(name)
-        if model.actions != dataset.actions or model.metadata["skeleton"]["joint_names"] != list(dataset.skeleton.joint_names):
+        if model.actions != dataset.actions or model.card.joint_names != dataset.skeleton.joint_names:
             raise InputError(
-                f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.metadata['dataset']}"
+                f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}"
             )
         path = Path(name)
-        shown = f"{model.metadata['decoder']} ({path.name})"
+        shown = f"{model.card.decoder} ({path.name})"
         if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
-            shown = f"{model.metadata['decoder']} ({path.parent.name}/{path.name})"
+            shown = f"{model.card.decoder} ({path.parent.name}/{path.name})"
         if shown in models:
             raise InputError(f"model '{name}' is given twice, or two models lie in folders of the same name; rename one")
         models[shown] = model
@@ -147,7 +147,7 @@ def run(settings: Any) -> int:
     evaluator = find_evaluator(settings, dataset)
     models: Mapping[str, Generate] = {name: generator_of(model, dataset.length) for name, model in opened.items()}
 
-    described = {name: {"sha256": model.digest, "trained_on": model.metadata.get("dataset_digest")} for name, model in opened.items()}
+    described = {name: {"sha256": model.digest, "trained_on": model.card.dataset_digest or None} for name, model in opened.items()}
 
     def content_of(rows: Sequence[Scores]) -> dict[str, Any]:
         names = {row.name for row in rows}
@@ -235,7 +235,7 @@ def _known_rows(
 def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, MotionModel]) -> str:
     """Who is compared with whom, and which models and classifiers have seen the held-out people."""
     people = sorted(set(unseen.subjects))
-    blind = [name for name, model in models.items() if model.metadata.get("dataset_digest") == training.digest]
+    blind = [name for name, model in models.items() if model.card.dataset_digest == training.digest]
     seen = [name for name in models if name not in blind]
     lines = [
         f"Against the {len(unseen)} clips of {', '.join(people)} alone ({len(training)} clips are of others). Actions and bone lengths of generated "

@@ -161,7 +161,7 @@ def own_bones(model: MotionModel, settings: Any) -> np.ndarray | None:
     from a2v.kinematics import bone_lengths
     from a2v.motion.applications import on_skeleton
 
-    unit = model.metadata["metres_per_unit"]
+    unit = model.card.metres_per_unit
     person = first_frames(settings.bones, None)
     lengths = bone_lengths(on_skeleton(person, model.skeleton, model.bone_lengths * unit), model.skeleton)
     scale: np.ndarray = (
@@ -209,7 +209,7 @@ def native(model: MotionModel, settings: Any) -> dict[str, Any]:
     skeleton = model.skeleton
     return {
         "joints": joints, "labels": np.ascontiguousarray(labels, dtype=np.int64), "actions": np.asarray(model.actions), "action": action,
-        "dataset": model.metadata["dataset"], "fps": model.fps, "seed": settings.seed, "parents": skeleton.parents,
-        "joint_names": np.asarray(skeleton.joint_names), "metres_per_unit": model.metadata["metres_per_unit"],
-        "native_signs": np.asarray(model.metadata["native_signs"]), "model_digest": model.digest,
+        "dataset": model.card.dataset, "fps": model.fps, "seed": settings.seed, "parents": skeleton.parents,
+        "joint_names": np.asarray(skeleton.joint_names), "metres_per_unit": model.card.metres_per_unit,
+        "native_signs": np.asarray(model.card.native_signs), "model_digest": model.digest,
     }  # fmt: skip

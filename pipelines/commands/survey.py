@@ -65,7 +65,7 @@ def _sources(settings: Any, questions: int) -> dict[str, dict[str, list[Motion]]
     from a2v.evaluation.survey import REAL
     from a2v.formats import read_motion
     from a2v.motion import MotionModel
-    from a2v.motion.sampler import plain_name
+    from a2v.motion.model import plain_name
 
     if not 2 <= settings.frames <= 1000:
         raise InputError(f"frames is {settings.frames}; expected 2 to 1000")

@@ -132,7 +132,8 @@ def run_classifier(training: Any, unseen: Any, out: Path, chosen: Any) -> Any:
 
 
 def _train_flow(settings: Any) -> int:
-    from a2v.motion.flow import FlowSettings, train_flow
+    from a2v.motion.flow import FlowSettings
+    from a2v.motion.flow_training import train_flow
     from export.flow import export_flow
 
     chosen: FlowSettings = settings.flow
@@ -188,7 +189,7 @@ def _train_vae(settings: Any) -> int:
     from a2v.evaluation.classifier import load_evaluator
     from a2v.evaluation.monitor import quick_scores
     from a2v.motion.networks import VAESettings
-    from a2v.motion.training import TrainSettings, TrainState, train
+    from a2v.motion.training import TrainSettings, VAETraining, train
     from export.motion import export_motion
 
     chosen = TrainSettings(**{name: settings[name] for name in TrainSettings.__dataclass_fields__})
@@ -201,9 +202,9 @@ def _train_vae(settings: Any) -> int:
     with _training_bar(f"{dataset.name} {vae.decoder}", chosen.iterations) as show:
         scores: dict[str, float] = {}
 
-        def on_log(state: TrainState, row: dict[str, float]) -> None:
-            if evaluator is not None and (state.iteration % (10 * chosen.log_every) == 0 or state.iteration == chosen.iterations):
-                scores.update(quick_scores(state.model, dataset, evaluator))
+        def on_log(training: VAETraining, row: dict[str, float]) -> None:
+            if evaluator is not None and (training.iteration % (10 * chosen.log_every) == 0 or training.iteration == chosen.iterations):
+                scores.update(quick_scores(training.model, dataset, evaluator))
                 row |= scores
             show(row, {"rec": row["reconstruction"], "kl": row["kl"]} | scores)
 

@@ -16,11 +16,11 @@ import torch
 from a2v.errors import InputError
 from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
 from a2v.motion import MotionModel
-from a2v.motion.networks import DECODERS, MotionVAE, VAESettings
-from a2v.motion.sampler import initial_feed
+from a2v.motion.networks import DECODERS, VAESettings
+from a2v.motion.vae import MotionVAE
 from a2v.types import Motion
 from export import sample as sample_script
-from export.motion import cooled, export_motion
+from export.motion import cool, export_motion
 from tests.support.motions import waving
 
 SCRIPT = Path(sample_script.__file__)
@@ -43,7 +43,7 @@ def test_onnx_equals_pytorch_on_the_same_noise(exported, batch, frames):
     noise = rng.standard_normal((batch, frames, 6), dtype=np.float32)
     actions = rng.integers(0, 2, (batch, frames))
     lengths = rng.uniform(0.1, 0.5, (batch, 20)).astype(np.float32)
-    joints, _ = onnx_model.run_steps(actions, noise, lengths)
+    joints, _ = onnx_model.sampler.run(actions, noise=noise, lengths=lengths)
     expected = model.sample(torch.eye(2)[torch.from_numpy(actions)], torch.from_numpy(lengths), torch.from_numpy(noise)).joints.numpy()
     assert np.abs(joints - expected).max() < 1e-4
 
@@ -65,25 +65,25 @@ def test_a_cooled_prior_takes_a_share_of_the_noise(exported, temperature):
     noise, lengths = torch.from_numpy(rng.standard_normal((3, 9, 6), dtype=np.float32)), torch.full((3, 20), 0.3)
     actions = torch.eye(2)[torch.zeros(3, 9, dtype=torch.long)]
     with torch.no_grad():
-        cold = cooled(model, temperature).sample(actions, lengths, noise).joints
+        cold = cool(model, temperature).sample(actions, lengths, noise).joints
         scaled = model.sample(actions, lengths, noise * temperature).joints
     assert (cold - scaled).abs().max() < 1e-5
     with pytest.raises(InputError, match="temperature is 0"):
-        cooled(model, 0.0)
+        cool(model, 0.0)
 
 
 def test_frames_one_by_one_equal_the_whole_clip(exported):
     _, model = exported
     session = onnxruntime.InferenceSession(model.path)
     rng = np.random.default_rng(0)
-    lengths = np.tile(np.asarray(model.metadata["bone_lengths"], np.float32), (2, 1))
+    lengths = np.tile(model.bone_lengths, (2, 1))
     feed = {
         "noise": rng.standard_normal((2, 12, 6), dtype=np.float32),
         "actions": np.array([[0] * 12, [1] * 12]),
         "time": np.tile(np.linspace(0.1, 1, 12, dtype=np.float32), (2, 1)),
     }
-    whole = session.run(["joints"], initial_feed(model.metadata, 2) | feed | {"bone_lengths": lengths})[0]
-    states = initial_feed(model.metadata, 2)
+    whole = session.run(["joints"], model.sampler.initial_states(2) | feed | {"bone_lengths": lengths})[0]
+    states = model.sampler.initial_states(2)
     for t in range(12):
         names = ["joints", *(f"last_{name}" for name in states)]
         frame, *new = session.run(names, states | {k: v[:, t : t + 1] for k, v in feed.items()} | {"bone_lengths": lengths})
@@ -169,7 +169,7 @@ def test_the_script_writes_bvh_whose_joints_are_the_motion(exported, tmp_path):
     assert set(motion.joint_names) == set(expected.joint_names)
     order = [motion.joint_names.index(name) for name in expected.joint_names]
     got, want = motion.joints[:, order], expected.joints
-    bones_change = model.metadata["decoder"] == "plain"  # a BVH has one set of offsets
+    bones_change = model.card.decoder == "plain"  # a BVH has one set of offsets
     assert np.abs((got - got[0, 0]) - (want - want[0, 0]))[: 1 if bones_change else None].max() < 1e-3
     assert motion.fps == pytest.approx(expected.fps)
 
@@ -181,4 +181,4 @@ def test_the_script_explains_itself(exported, capsys, tmp_path):
     assert sample_script.main([str(model.path), "--action", "slwo", "--out", "x.npz"]) == 2
     assert "did you mean slow" in capsys.readouterr().err
     assert sample_script.main([str(tmp_path / "none.onnx")]) == 2
-    assert json.dumps(model.metadata)  # plain JSON, so any language reads it
+    assert json.dumps(sample_script.Model(model.path).metadata)  # plain JSON, so any language reads it

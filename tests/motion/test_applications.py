@@ -14,11 +14,11 @@ from a2v.kinematics import CMU, HUMANACT12, SKELETONS, bone_lengths, forward_kin
 from a2v.motion import MotionModel
 from a2v.motion.applications import between, generated_dataset, heading, interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.flow import FlowModel, FlowNetwork
-from a2v.motion.networks import MotionVAE, VAESettings
-from a2v.motion.sampler import body_parts, leg_length, level_floor
+from a2v.motion.networks import VAESettings
+from a2v.motion.placement import body_parts, leg_length
+from a2v.motion.vae import MotionVAE
 from a2v.motion.windows import WindowCodec
 from a2v.types import Motion
-from export import sample as sample_script
 from export.flow import export_flow
 from export.motion import export_motion
 from tests.support.flows import SMALL
@@ -75,7 +75,7 @@ def test_interpolation_goes_from_one_motion_to_the_other(model, frames, linear):
     assert rows.joints.shape == (9, frames, 20, 3)
     one, two = (model.sample("slow", frames=frames, seed=seed).joints for seed in (3, 8))
     assert np.allclose(rows.joints[0], one, atol=1e-6)
-    if model.metadata["format"] == "a2v-flow/1":
+    if model.makes_windows:
         assert np.allclose(rows.joints[-1], two, atol=1e-6)
     first = rows.joints[:, 0] - rows.root[:, :1]
     whole = np.linalg.norm(first[-1] - first[0])
@@ -114,7 +114,7 @@ def test_outpainting_has_the_body_of_the_start(model):
     futures = outpaint(model, start, "slow", frames=20, count=1)
     assert np.allclose(bone_lengths(futures.joints[0], CMU), bone_lengths(start.joints, CMU)[:1], atol=1e-4)
     plain = outpaint(model, model.sample("slow", frames=7, seed=2), "slow", frames=20, count=1)
-    if model.metadata["format"] == "a2v-flow/1":  # it knows directions only, so a larger person does the same, larger
+    if model.makes_windows:  # it knows directions only, so a larger person does the same, larger
         path = [motion.root[0, 6:] - motion.root[0, 6] for motion in (futures, plain)]
         assert np.allclose(path[0], 1.3 * path[1], atol=1e-3)
 
@@ -178,7 +178,7 @@ def test_parts_of_the_body_are_scaled(model):
     expected[CMU.index("left_elbow")] = 0.5
     assert np.allclose(ratio, expected[1:])
     motion = model.sample("slow", frames=10, seed=1, bone_scale={"legs": 1.2, "left_elbow": 0.5})
-    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.metadata["metres_per_unit"], atol=1e-5)
+    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], legs[1:] * model.card.metres_per_unit, atol=1e-5)
     assert set(parts["arms"]) | set(parts["legs"]) | set(parts["torso"]) | set(parts.get("head", ())) == set(range(1, 20))
     with pytest.raises(InputError, match="no bone 'tail'"):
         model.scaled_bones({"tail": 2.0})
@@ -194,7 +194,7 @@ def test_a_scaled_person_of_a_window_model_moves_in_proportion(models):
 def test_own_bones_replace_the_models(model):
     own = model.bone_lengths * np.linspace(0.8, 1.2, 20, dtype=np.float32)
     motion = model.sample("slow", frames=5, lengths=own)
-    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.metadata["metres_per_unit"], atol=1e-5)
+    assert np.allclose(bone_lengths(motion.joints, CMU)[:, 1:], own[1:] * model.card.metres_per_unit, atol=1e-5)
     assert leg_length(own, CMU) != pytest.approx(float(leg_length(model.bone_lengths, CMU)))
 
 
@@ -222,27 +222,6 @@ def test_a_generated_data_set_is_one_of_its_model(models):
     )
 
 
-def test_the_floor_of_a_climbing_walk_is_levelled():
-    frames, window = 600, 60
-    t = np.arange(frames)
-    joints = np.zeros((2, frames, 3, 3), np.float32)
-    joints[:, :, 0, 1] = 1.0
-    joints[:, :, 1, 1] = 0.1 * np.maximum(np.sin(t / 3), 0)  # two feet that lift in turn
-    joints[:, :, 2, 1] = 0.1 * np.maximum(-np.sin(t / 3), 0)
-    sloped = joints.copy()
-    sloped[0, ..., 1] += (np.maximum(t - window, 0) * 0.004)[:, None]  # 2.2 m at the end
-    sloped[1, ..., 1] -= (np.maximum(t - window, 0) * 0.004)[:, None]
-    level = level_floor(sloped, window)
-    assert np.array_equal(level[:, :window], sloped[:, :window])
-    assert np.abs(level[..., 1] - joints[..., 1]).max() < 0.13
-    assert np.abs(np.diff(level[..., 1] - joints[..., 1], axis=1)).max() < 0.01  # no jump where pieces meet
-    assert np.array_equal(level_floor(sloped[:, :window], window), sloped[:, :window])
-    assert np.allclose(level_floor(joints, window), joints, atol=0.02)
-    for length in (61, 62, 75, 100):
-        assert np.isfinite(level_floor(sloped[:, :length], window)).all()
-    assert np.allclose(sample_script.level_floor(sloped, window), level)
-
-
 SHIPPED = {"humanact12": ("walk", "run", "boxing", "throw"), "cmu": ("Walk", "Step", "Dance", "Wash")}
 
 
@@ -250,7 +229,7 @@ SHIPPED = {"humanact12": ("walk", "run", "boxing", "throw"), "cmu": ("Walk", "St
 def test_long_sequences_do_not_drift(name):
     """600 frames: speed, height over the floor, uprightness and the floor itself stay what they are in the first window."""
     model = MotionModel.load(name)
-    window = model.metadata["window_frames"]
+    window = model.card.window_frames
     head = model.skeleton.index("head")
     for action in SHIPPED[name]:
         joints = model.sample(action, frames=600, count=16, seed=1).joints

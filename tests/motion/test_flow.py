@@ -14,7 +14,8 @@ from a2v.datasets import ClipSampler
 from a2v.errors import InputError
 from a2v.kinematics import CMU, bone_lengths
 from a2v.motion import MotionModel
-from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, Modulation, WindowPool, train_flow
+from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, Modulation
+from a2v.motion.flow_training import WindowPool, train_flow
 from a2v.motion.windows import ROOT_WEIGHT, LinearCode, WindowCodec, foot_metric, window_features
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
@@ -244,7 +245,7 @@ def test_a_run_goes_on_under_another_code(data, tmp_path):
 
 def test_onnx_equals_pytorch(exported, data):
     model, onnx_model = exported
-    graph = WindowGraph(model, data, 3, GUIDANCE, 1.0).eval()
+    graph = WindowGraph(model, data, steps=3, guidance=GUIDANCE).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     for batch in (1, 5):
@@ -254,7 +255,7 @@ def test_onnx_equals_pytorch(exported, data):
             windows[:, -4:], rng.uniform(0.1, 0.4, (batch, 20)).astype(np.float32),
         )  # fmt: skip
         noise, labels, active, context, lengths = inputs
-        joints, rotations = onnx_model.run_window(labels, active, noise, lengths, context)
+        joints, rotations = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths, context=context)
         with torch.no_grad():
             expected = graph(*(torch.from_numpy(x) for x in (noise, labels, active, context, np.ones(batch, np.float32), lengths)))
         assert np.abs(joints - expected[0].numpy()).max() < 1e-4
@@ -280,12 +281,12 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
     assert str(Path(__file__).parents[2]).encode() not in stored, "paths of this machine"
     moved = [float((a - b).norm() / b.norm()) for a, b in zip(network.parameters(), before, strict=True)]
     assert 1e-4 < max(moved) < 0.015
-    graph = WindowGraph(model, data, 2, GUIDANCE, 1.0, 0.5).eval()
+    graph = WindowGraph(model, data, steps=2, guidance=GUIDANCE, guided_until=0.5).eval()
     round_to_stored(graph)
     rng = np.random.default_rng(1)
     noise, lengths = rng.standard_normal((3, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (3, 20)).astype(np.float32)
     labels, active = np.array([0, 1, 1]), np.ones(3, np.float32)
-    joints, _ = MotionModel.load(tmp_path / "wide.onnx").run_window(labels, active, noise, lengths)
+    joints, _ = MotionModel.load(tmp_path / "wide.onnx").sampler.run(labels, active=active, noise=noise, lengths=lengths)
     with torch.no_grad():
         nothing = torch.zeros(3, 4, 20, 3)
         expected, _ = graph(
@@ -299,7 +300,7 @@ def test_a_window_repeats_the_frames_it_continues(exported, data):
     rng = np.random.default_rng(2)
     context = data.joints[0][None, 10:14]
     lengths = data.clip_bone_lengths[:1]
-    joints, _ = model.run_window(np.array([0]), np.ones(1), rng.standard_normal((1, 12)), lengths, context)
+    joints, _ = model.sampler.run(np.array([0]), active=np.ones(1), noise=rng.standard_normal((1, 12)), lengths=lengths, context=context)
     assert np.abs(joints[:, :4] - (context - context[:, :1, :1])).max() < 2e-3
     step = np.linalg.norm(np.diff(joints[0], axis=0), axis=-1).max(axis=1)
     assert step[3] < 3 * np.median(step) + 0.02

@@ -11,7 +11,8 @@ from torch.distributions import Normal, kl_divergence
 
 from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
 from a2v.motion.losses import gaussian_kl, vae_losses
-from a2v.motion.networks import DECODERS, MotionVAE, Pose, Reconstruction, States, VAESettings, shifted
+from a2v.motion.networks import DECODERS, Pose, VAESettings
+from a2v.motion.vae import MotionVAE, Reconstruction, States, shifted
 
 
 def parameters(module):

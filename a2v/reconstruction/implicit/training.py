@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -31,7 +31,7 @@ from a2v.reconstruction.implicit.networks import (
     Painter,
     point_values,
 )
-from a2v.runs import Run, RunSettings, cosine_decay, identity, read_checkpoint, set_rate
+from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
 from a2v.studio.view import list_views
 
 FILE = "checkpoint.pt"
@@ -146,13 +146,75 @@ def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
     return (error * there).sum() / there.sum().clamp(min=1)
 
 
-@dataclass
-class _State:
-    model: nn.Module
-    optimizer: torch.optim.Optimizer
-    generator: np.random.Generator
-    iteration: int = 0
-    log: list[dict[str, float]] = dataclasses.field(default_factory=list)
+class StageTraining(Training):
+    """A stage's training in progress.
+
+    Attributes
+    ----------
+    model : Module
+    shape : Shape or None
+        The trained first stage, for the later two.
+    generator : numpy Generator
+        Draws views and points.
+    """
+
+    STORED = ("model", "generator")
+
+    def __init__(
+        self,
+        stage: Stage,
+        *,
+        views: str | os.PathLike[str],
+        folder: str | os.PathLike[str],
+        network: NetworkSettings,
+        settings: ReconstructionSettings,
+    ) -> None:
+        super().__init__()
+        self.stage, self.views, self.network, self.settings, self.device = stage, views, network, settings, settings.claim()
+        torch.manual_seed(settings.seed)
+        self.shape = None if stage == "shape" else load_networks(folder, "shape").to(self.device).requires_grad_(False)
+        self.model = make_networks(stage, network).to(self.device)
+        self.optimizer = torch.optim.AdamW(self.model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
+        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=200)
+        self.generator = np.random.default_rng(settings.seed)
+        self.files: list[Path] = []
+        self.reader = ViewReader()
+
+    def begin(self) -> None:
+        """Take over another run's networks, if that is asked for."""
+        if not self.settings.initial:
+            return
+        found, weights = _read_networks(self.settings.initial, self.stage)
+        if found != self.network:
+            raise InputError(f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
+        self.model.load_state_dict(weights)
+
+    def step(self) -> dict[str, float]:
+        """One iteration; the number of views there are, and the weighted losses."""
+        if self.iteration % 200 == 0 or not self.files:
+            self.files = list_views(self.views, "training")
+        settings, generator = self.settings, self.generator
+        chosen = generator.integers(0, len(self.files), settings.batch_size)
+        crop = settings.crop if self.stage == "detail" else 0
+        views = [self.reader(self.files[i]) for i in chosen]
+        examples = [make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop) for one in views]
+        self.model.train()
+        losses = _losses(self.model, self.shape, stack(examples), functools.partial(_align, views, examples), settings, self.device)
+        self.descend(torch.stack(list(losses.values())).sum(), largest_gradient=1.0)
+        return {"views": float(len(self.files))} | {name: float(value.detach()) for name, value in losses.items()}
+
+    def content(self) -> dict[str, Any]:
+        """Weights, the sizes that they have, and the generator's state."""
+        return {
+            "model": self.model.state_dict(),
+            "generator": self.generator.bit_generator.state,
+            "network": dataclasses.asdict(self.network),
+        }
+
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """See `Training`."""
+        self.model.load_state_dict(content["model"])
+        self.generator.bit_generator.state = content["generator"]
 
 
 def train_reconstruction(
@@ -187,73 +249,10 @@ def train_reconstruction(
     if stage not in STAGES:
         raise InputError(f"unknown stage '{stage}'; choose from {', '.join(STAGES)}")
     network, settings = network or NetworkSettings(), settings or ReconstructionSettings()
-    device = settings.claim()
-    torch.manual_seed(settings.seed)
-    shape = None
-    if stage != "shape":
-        shape = load_networks(folder, "shape").to(device).requires_grad_(False)
-    model = make_networks(stage, network).to(device)
-    optimizer = torch.optim.AdamW(model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
-    state = _State(model, optimizer, np.random.default_rng(settings.seed))
     run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
-    content = run.resume(("model", "optimizer", "generator", "iteration", "log"))
-    if content is None and settings.initial:
-        found, weights = _read_networks(settings.initial, stage)
-        if found != network:
-            raise InputError(f"{settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
-        model.load_state_dict(weights)
-    if content is not None:
-        model.load_state_dict(content["model"])
-        optimizer.load_state_dict(content["optimizer"])
-        state.generator.bit_generator.state = content["generator"]
-        state.iteration, state.log = content["iteration"], list(content["log"])
-
-    def save() -> None:
-        run.save(
-            {
-                "model": model.state_dict(),
-                "optimizer": optimizer.state_dict(),
-                "generator": state.generator.bit_generator.state,
-                "iteration": state.iteration,
-                "log": state.log,
-                "network": dataclasses.asdict(network),
-            },
-            state.log,
-        )
-
-    recent: list[dict[str, float]] = []
-    with settings.loop(save):
-        files, reader = list_views(views, "training"), ViewReader()
-        while state.iteration < settings.iterations:
-            if state.iteration % 200 == 0:
-                files = list_views(views, "training")
-            chosen = state.generator.integers(0, len(files), settings.batch_size)
-            crop = settings.crop if stage == "detail" else 0
-            views_read = [reader(files[i]) for i in chosen]
-            examples = [make_example(one, state.generator, settings.points, colors=stage == "color", crop=crop) for one in views_read]
-            align = functools.partial(_align, views_read, examples)
-            progress = state.iteration / settings.iterations
-            set_rate(optimizer, settings.learning_rate * min(1.0, (state.iteration + 1) / 200) * cosine_decay(progress, 0.01))
-            model.train()
-            losses = _losses(model, shape, stack(examples), align, settings, device)
-            optimizer.zero_grad(set_to_none=True)
-            torch.stack(list(losses.values())).sum().backward()  # type: ignore[no-untyped-call]
-            nn.utils.clip_grad_norm_(model.parameters(), 1.0)
-            optimizer.step()
-            state.iteration += 1
-            recent.append({name: float(value.detach()) for name, value in losses.items()})
-            if state.iteration % settings.log_every == 0 or state.iteration == settings.iterations:
-                mean = {name: float(np.mean([row[name] for row in recent])) for name in recent[0]}
-                row = {"iteration": float(state.iteration), "seconds": run.seconds, "views": float(len(files))} | mean
-                recent = []
-                if not np.isfinite(sum(mean.values())):
-                    raise InputError(f"training diverged at iteration {state.iteration}; lower learning_rate")
-                state.log.append(row)
-                if on_log is not None:
-                    on_log(row)
-            if run.due:
-                save()
-    return model.eval()
+    training = StageTraining(stage, views=views, folder=folder, network=network, settings=settings)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=on_log)
+    return training.model.eval()
 
 
 def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:

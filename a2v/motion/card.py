@@ -1,0 +1,253 @@
+"""What an exported motion model says of itself: the metadata of its ONNX file, read and checked once."""
+
+from __future__ import annotations
+
+import functools
+import reprlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics import Skeleton, skeleton_of
+from a2v.sessions import read_metadata
+from a2v.types import FloatArray
+
+MAX_FRAMES = 10_000
+"""Longest clip that is generated in one call."""
+
+STEP_FORMAT, WINDOW_FORMAT = "a2v-motion/1", "a2v-flow/1"
+"""Entry "format" of files that make one frame after the other, and of files that make whole windows."""
+
+STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
+"""Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H); its outputs are ``last_<name>``."""
+
+_LARGEST_SIZE = 1_000_000
+_AGAIN = "export the model again with a2v"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelCard:
+    """What every exported motion model says of itself.
+
+    Attributes
+    ----------
+    dataset, dataset_digest : str
+        Name and digest (`ActionDataset.digest`, "" where unknown) of what it learned from.
+    decoder : str
+        "flow", or the pose decoder of a VAE.
+    licence : str
+        Of the weights.
+    held_out : tuple of str
+        Subjects that it did not learn from.
+    actions : tuple of str
+        In label order.
+    fps : float
+        Frames per second of what it makes.
+    frames : int
+        Frames of the clips that it learned from.
+    joint_names : tuple of J str
+    skeleton : Skeleton
+        The tree of its joints.
+    rest_directions : (J, 3) float64
+        Rest pose of the rotations that it makes, unit vectors.
+    bone_lengths : (J,) float32
+        Default bone lengths, native units.
+    metres_per_unit : float
+        Metres of one native unit.
+    native_signs : tuple of 3 floats of +1 or -1
+        Sign of each native axis; see `a2v.datasets.NativeFrame`.
+    latent_size : int
+        Size Z of a noise vector.
+    """
+
+    dataset: str
+    dataset_digest: str
+    decoder: str
+    licence: str
+    held_out: tuple[str, ...]
+    actions: tuple[str, ...]
+    fps: float
+    frames: int
+    joint_names: tuple[str, ...]
+    skeleton: Skeleton
+    rest_directions: FloatArray
+    bone_lengths: FloatArray
+    metres_per_unit: float
+    native_signs: tuple[float, float, float]
+    latent_size: int
+
+    @functools.cached_property
+    def rests_as_named(self) -> bool:
+        """Whether the rotations are those of `skeleton`; a user's own skeleton was learned with its own rest pose."""
+        return bool(np.allclose(self.rest_directions, self.skeleton.rest_directions, atol=1e-6))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepCard(ModelCard):
+    """Of a model that makes one frame after the other (a VAE).
+
+    Attributes
+    ----------
+    hidden_size : int
+        Size H of a recurrent state.
+    """
+
+    hidden_size: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowCard(ModelCard):
+    """Of a model that makes whole windows (a flow).
+
+    Attributes
+    ----------
+    window_frames, context_frames : int
+        Frames W of a window, and P of the frames that it may go on from.
+    active : tuple of arrays (n,) float64
+        By action: how much of a window each clip of the data moves before it ends, ascending, in (0, 1].
+    """
+
+    window_frames: int
+    context_frames: int
+    active: tuple[FloatArray, ...]
+
+
+def read_card(path: Path) -> StepCard | WindowCard:
+    """The card of an ONNX file.
+
+    Raises
+    ------
+    InputError
+        The file is no motion model of a2v, or an entry is missing, of another kind, or out of range; the message names file and entry.
+    """
+    return parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
+
+
+def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard:
+    """The card of what a file says; `path` is for messages.
+
+    Raises
+    ------
+    InputError
+        See `read_card`.
+    """
+    entries = _Entries(metadata, path)
+    common = _common(entries)
+    if entries.text("format") == STEP_FORMAT:
+        return StepCard(**common, hidden_size=entries.integer("hidden_size", high=_LARGEST_SIZE))
+    window = entries.integer("window_frames")
+    by_action = entries.items("active", length=len(common["actions"]))
+    active = tuple(by_action.numbers(name, low=0, high=1) for name in by_action.entries)
+    return WindowCard(
+        **common, window_frames=window, context_frames=entries.integer("context_frames", high=max(window - 1, 1)), active=active
+    )
+
+
+def _common(entries: _Entries) -> dict[str, Any]:
+    """Fields of `ModelCard`."""
+    tree = entries.part("skeleton")
+    joints = tree.texts("joint_names")
+    rest = tree.items("rest_directions", length=len(joints))
+    parents = tree.indices("parents", length=len(joints))
+    try:
+        skeleton = skeleton_of(tree.text("name"), parents, joints)
+    except InputError as error:
+        raise InputError(f"{entries.path}: {error}; {_AGAIN}") from None
+    return {
+        "dataset": entries.text("dataset"),
+        "dataset_digest": entries.text("dataset_digest") if "dataset_digest" in entries.entries else "",
+        "decoder": entries.text("decoder"),
+        "licence": entries.text("licence"),
+        "held_out": entries.texts("held_out") if "held_out" in entries.entries else (),
+        "actions": entries.texts("actions"),
+        "fps": entries.number("fps", low=0.1, high=1000),
+        "frames": entries.integer("frames"),
+        "joint_names": joints,
+        "skeleton": skeleton,
+        "rest_directions": np.array([rest.numbers(name, length=3, low=-1.01, high=1.01) for name in rest.entries]),
+        "bone_lengths": entries.numbers("bone_lengths", length=len(joints), low=0, high=1e6).astype(np.float32),
+        "metres_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
+        "native_signs": entries.signs("native_signs"),
+        "latent_size": entries.integer("latent_size", high=_LARGEST_SIZE),
+    }
+
+
+@dataclass(frozen=True)
+class _Entries:
+    """Entries of a JSON object from outside, each checked as it is read; every method raises InputError that names file and entry."""
+
+    entries: Mapping[str, Any]
+    path: Path
+
+    def _checked(self, name: str, wanted: str, right: Callable[[Any], bool]) -> Any:
+        if name not in self.entries:
+            raise InputError(f"{self.path}: its description lacks '{name}', {wanted}; {_AGAIN}")
+        value = self.entries[name]
+        if not right(value):
+            raise InputError(f"{self.path}: '{name}' in its description is {reprlib.repr(value)}; expected {wanted}; {_AGAIN}")
+        return value
+
+    def text(self, name: str) -> str:
+        """A text."""
+        return str(self._checked(name, "a text", lambda value: isinstance(value, str)))
+
+    def number(self, name: str, *, low: float, high: float) -> float:
+        """A number from `low` to `high`."""
+        return float(self._checked(name, f"a number from {low:g} to {high:g}", lambda value: _is_number(value) and low <= value <= high))
+
+    def integer(self, name: str, *, high: int = MAX_FRAMES) -> int:
+        """A whole number from 1 to `high`."""
+        return int(
+            self._checked(name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0)
+        )
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """A list of different texts, at least one."""
+
+        def right(value: Any) -> bool:
+            return isinstance(value, list) and all(isinstance(item, str) for item in value) and len(set(value)) == len(value) > 0
+
+        return tuple(self._checked(name, "a list of different texts", right))
+
+    def numbers(self, name: str, *, low: float, high: float, length: int = 0) -> FloatArray:
+        """A list of numbers (n,) float64 from `low` to `high`: `length` of them, or at least one."""
+
+        def right(value: Any) -> bool:
+            counted = isinstance(value, list) and (len(value) == length if length else len(value) > 0)
+            return counted and all(_is_number(item) and low <= item <= high for item in value)
+
+        return np.array(self._checked(name, f"{length or 'some'} numbers from {low:g} to {high:g}", right), dtype=np.float64)
+
+    def signs(self, name: str) -> tuple[float, float, float]:
+        """Three signs, 1 or -1."""
+        x, y, z = self._checked(name, "3 signs, 1 or -1", _are_signs)
+        return float(x), float(y), float(z)
+
+    def indices(self, name: str, *, length: int) -> list[int]:
+        """A list of `length` whole numbers, -1 for none."""
+
+        def right(value: Any) -> bool:
+            return isinstance(value, list) and len(value) == length and all(isinstance(item, int) and item >= -1 for item in value)
+
+        return list(self._checked(name, f"{length} whole numbers from -1", right))
+
+    def part(self, name: str) -> _Entries:
+        """The entries of an inner object."""
+        return _Entries(self._checked(name, "an object", lambda value: isinstance(value, dict)), self.path)
+
+    def items(self, name: str, *, length: int) -> _Entries:
+        """The items of a list of `length` as entries ``name[0]``, ``name[1]``..."""
+        items = self._checked(name, f"a list of {length}", lambda value: isinstance(value, list) and len(value) == length)
+        return _Entries({f"{name}[{index}]": item for index, item in enumerate(items)}, self.path)
+
+
+def _are_signs(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(_is_number(item) and abs(item) == 1 for item in value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

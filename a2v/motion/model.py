@@ -1,0 +1,340 @@
+"""Exported motion models, ready to sample with onnxruntime: no torch in the process."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
+from a2v.motion.placement import leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
+from a2v.motion.samplers import Noise, StepSampler, WindowSampler, normal_noise
+from a2v.sessions import WEIGHTS, file_digest
+from a2v.types import FloatArray, IntArray, Motion
+
+BUNDLED: Mapping[str, str] = {
+    "cmu": "motion_cmu.onnx",
+    "humanact12": "motion_humanact12.onnx",
+    "humanact12-fine": "motion_humanact12_fine.onnx",
+    "cmu-glmi-m": "motion_cmu_glmi_m.onnx",
+    "cmu-glmi-r": "motion_cmu_glmi_r.onnx",
+    "humanact12-glmi-m": "motion_humanact12_glmi_m.onnx",
+    "humanact12-glmi-r": "motion_humanact12_glmi_r.onnx",
+    "humanact12-lie": "motion_humanact12_lie.onnx",
+    "humanact12-plain": "motion_humanact12_plain.onnx",
+}
+"""Shipped motion models by name."""
+
+
+@dataclass(frozen=True)
+class MotionModel:
+    """An exported motion model: a file, and what it says of itself.
+
+    Attributes
+    ----------
+    path : Path
+    card : ModelCard
+        Actions, frame rate, skeleton, bone lengths, units, licence...
+    """
+
+    path: Path
+    card: ModelCard
+
+    @classmethod
+    def load(cls, model: str | os.PathLike[str]) -> MotionModel:
+        """Open a shipped model by name (`BUNDLED`: "cmu", "humanact12"...) or an ``.onnx`` file.
+
+        Raises
+        ------
+        InputError
+            No such model, or the file is no motion model of a2v, or says impossible things of itself.
+        """
+        name = os.fspath(model)
+        path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
+        if not path.is_file():
+            raise InputError(f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v")
+        return cls(path, read_card(path))
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Names of the actions in label order."""
+        return self.card.actions
+
+    @property
+    def fps(self) -> float:
+        """Frames per second of what it generates."""
+        return self.card.fps
+
+    @property
+    def bone_lengths(self) -> FloatArray:
+        """Default bone lengths (J,) float32, native units."""
+        return self.card.bone_lengths.copy()
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The tree of its joints."""
+        return self.card.skeleton
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the file."""
+        return file_digest(self.path)
+
+    @functools.cached_property
+    def sampler(self) -> StepSampler | WindowSampler:
+        """What runs the file's graph."""
+        if isinstance(self.card, WindowCard):
+            return WindowSampler(self.path, self.card)
+        assert isinstance(self.card, StepCard)
+        return StepSampler(self.path, self.card)
+
+    @property
+    def makes_windows(self) -> bool:
+        """Whether noise becomes whole windows (a flow); otherwise one frame follows the other (a VAE)."""
+        return isinstance(self.card, WindowCard)
+
+    def label(self, action: str) -> int:
+        """Index of an action; case, spaces, hyphens and underscores don't matter.
+
+        Raises
+        ------
+        InputError
+            Unknown action; the message names the nearest ones.
+        """
+        plain = {plain_name(name): index for index, name in enumerate(self.actions)}
+        wanted = plain_name(action)
+        if wanted in plain:
+            return plain[wanted]
+        near = difflib.get_close_matches(wanted, plain, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(self.actions[plain[name]] for name in near)}?" if near else f"it knows {', '.join(self.actions)}"
+        raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
+
+    def generate(
+        self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator | Noise, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
+
+        Parameters
+        ----------
+        labels : (N, T) int
+            Action of every frame; models of whole windows want the same changes in all clips.
+        lengths : (N, J) float32
+            Bone lengths, native units.
+        generator : numpy Generator or Noise
+            Draws the noise, or gives it: called with a shape as often as the model needs noise (once for a step model, once
+            a window for a window model), so that applications can choose it.
+        start : (N, P, J, 3) float or None
+            First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.
+
+        Returns
+        -------
+        joints : (N, T, J, 3) float32
+            Metres, y up, the first root near the origin, or where `start` has it.
+        rotations : (N, T, J, 3) float32
+            Rotation vectors of the chain convention, radians.
+
+        Raises
+        ------
+        InputError
+            `start` is not shorter than the clips.
+        """
+        if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
+            raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
+        noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
+        joints, rotations = self.sampler.generate(labels, lengths, noise, start)
+        if not self.card.rests_as_named:
+            rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
+        return joints, rotations
+
+    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+        """Joints (N, T, J, 3) float32, metres, that are distributed as the data's windows, ended clips that hold their last pose included.
+
+        A step model learned such endings; a window model is told how long each clip moves, drawn from the data's
+        distribution for its action.
+
+        Parameters
+        ----------
+        labels : (N,) int
+        lengths : (N, J) float32
+            Native units.
+        frames : int
+            At most one window.
+        generator : numpy Generator
+
+        Raises
+        ------
+        InputError
+            `frames` are more than a window.
+        """
+        return self.sampler.generate_like_data(labels, lengths, frames, generator)
+
+    def to_native(self, joints: FloatArray) -> FloatArray:
+        """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at the origin.
+
+        This is what the papers' classifiers expect.
+        """
+        return to_native(joints, metres_per_unit=self.card.metres_per_unit, signs=self.card.native_signs)
+
+    def sample_native(
+        self, action: str, *, frames: int = 60, count: int = 1, seed: int = 0, lengths: FloatArray | None = None
+    ) -> FloatArray:
+        """Clips of one action as the papers' classifiers expect them: (N, T, J, 3) float32, native frame and unit, first root at
+        the origin.
+
+        Up to one window they move as long as the data's own clips do and then hold their last pose, as in the evaluation,
+        because the classifiers know clips that way; longer ones are those of `sample`.
+
+        Parameters
+        ----------
+        action : str
+        frames, count, seed : int
+        lengths : (J,) float or None
+            Bone lengths, native units; the model's own without.
+
+        Raises
+        ------
+        InputError
+            Unknown action, or a number out of range.
+        """
+        names = self.check_request(action, frames=frames, count=count)
+        bodies = np.tile(self.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32), (count, 1))
+        labels, generator = np.tile(self.frame_labels(names, frames), (count, 1)), np.random.default_rng(seed)
+        if frames <= self.card.frames:
+            return self.to_native(self.generate_like_data(labels[:, 0], bodies, frames, generator))
+        return self.to_native(level_floor(self.generate(labels, bodies, generator)[0], self.card.frames))
+
+    def scaled_bones(self, bone_scale: float | Mapping[str, float] = 1.0) -> FloatArray:
+        """Default bone lengths (J,) float32, native units, times a factor for all, or by joint or part of the body.
+
+        Raises
+        ------
+        InputError
+            See `a2v.motion.placement.scale_bones`.
+        """
+        return scale_bones(self.bone_lengths, self.skeleton, bone_scale)
+
+    def sample(
+        self,
+        action: str | Sequence[str],
+        *,
+        frames: int = 60,
+        count: int = 1,
+        seed: int = 0,
+        bone_scale: float | Mapping[str, float] = 1.0,
+        lengths: FloatArray | None = None,
+    ) -> Motion:
+        """Generate `count` clips.
+
+        Parameters
+        ----------
+        action : str or sequence of str
+            One action, or several that follow each other in equal parts (a transition).
+        frames : int
+            Frames a clip, at `fps`.
+        count : int
+            Clips; with 1 the result has no leading dimension.
+        seed : int
+            Seed of the noise.
+        bone_scale : float or mapping
+            Factor on bone lengths; see `scaled_bones`.
+        lengths : (J,) float or None
+            Bone lengths of one's own, native units, instead of the scaled defaults.
+
+        Returns
+        -------
+        Motion
+            Metres, y up, above the origin at the first frame, lowest joint of each clip on the ground.
+
+        Raises
+        ------
+        InputError
+            Unknown action, or a number out of range.
+        """
+        names = self.check_request(action, frames=frames, count=count)
+        body = self.scaled_bones(bone_scale) if lengths is None else np.asarray(lengths, dtype=np.float32)
+        joints, rotations = self.generate(
+            np.tile(self.frame_labels(names, frames), (count, 1)), np.tile(body, (count, 1)), np.random.default_rng(seed)
+        )
+        scales = dict(bone_scale) if isinstance(bone_scale, Mapping) else bone_scale
+        motion = self.to_motion(joints, rotations, lengths=body, names=names, seed=seed, bone_scale=scales)
+        return motion if count > 1 else motion[0]
+
+    def check_request(self, action: str | Sequence[str], *, frames: int, count: int) -> list[str]:
+        """The actions' names as a list, with every name and number checked.
+
+        Raises
+        ------
+        InputError
+            Unknown or no action, `frames` or `count` out of range.
+        """
+        if not 1 <= frames <= MAX_FRAMES:
+            raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
+        if count < 1:
+            raise InputError(f"count is {count}; expected at least 1")
+        names = [action] if isinstance(action, str) else list(action)
+        if not names:
+            raise InputError("no action given")
+        return [self.actions[self.label(name)] for name in names]
+
+    def frame_labels(self, names: Sequence[str], frames: int) -> IntArray:
+        """Label of every frame (T,) when `names` follow each other in equal parts."""
+        labels: IntArray = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
+        return labels
+
+    def to_motion(
+        self,
+        joints: FloatArray,
+        rotations: FloatArray,
+        *,
+        lengths: FloatArray,
+        names: Sequence[str],
+        seed: int,
+        place: bool = True,
+        **provenance: Any,
+    ) -> Motion:
+        """What `generate` made, as a batch of clips that stand on the ground.
+
+        Parameters
+        ----------
+        joints, rotations : (N, T, J, 3) float32
+        lengths : (J,) or (N, J) float32
+            Bone lengths that they were made with, native units: longer legs take longer steps, so the root's path is scaled
+            by how much longer the legs are than the model's own.
+        names : sequence of str
+        seed : int
+        place : bool
+            Level the floor, scale the path, and start above the origin with the lowest joint on the ground; otherwise the
+            joints are kept where they are.
+        **provenance
+            What else made the clips; must be JSON.
+        """
+        if place:
+            step = leg_length(lengths, self.skeleton) / leg_length(self.bone_lengths, self.skeleton)
+            joints = place_on_ground(scale_path(joints, step), self.card.frames)
+        return Motion(
+            joints=joints,
+            rotations=rotations,
+            root=joints[..., 0, :],
+            fps=self.fps,
+            parents=self.skeleton.parents,
+            joint_names=self.card.joint_names,
+            skeleton=self.skeleton.name,
+            action=",".join(names),
+            seed=seed,
+            provenance={
+                "model": self.path.name, "model_digest": self.digest, "seed": seed, "frames": joints.shape[1], **provenance,
+            },
+        )  # fmt: skip
+
+
+def plain_name(name: str) -> str:
+    """An action's name without case, spaces, hyphens and underscores: what two ways to write it share."""
+    return "".join(character for character in name.lower() if character.isalnum())

@@ -1,0 +1,174 @@
+"""Two ways in which an exported graph makes clips: frame by frame, and window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.motion.card import STATE_NAMES, StepCard, WindowCard
+from a2v.sessions import open_session, run_rows
+from a2v.types import FloatArray, IntArray
+
+Noise = Callable[[tuple[int, ...]], FloatArray]
+"""Gives standard normal numbers (float32) of a shape."""
+
+RESULTS = ("joints", "rotations")
+"""Outputs of every graph: metres, and rotation vectors, (N, T, J, 3) each."""
+
+
+@dataclass(frozen=True)
+class StepSampler:
+    """One frame follows the other; states go from each to the next."""
+
+    path: Path
+    card: StepCard
+
+    def initial_states(self, count: int) -> dict[str, FloatArray]:
+        """Zero states (see `STATE_NAMES`) for the first frame of `count` clips."""
+        shapes = dict.fromkeys(STATE_NAMES, (count, self.card.hidden_size)) | {"previous": (count, len(self.card.joint_names), 3)}
+        return {name: np.zeros(shape, dtype=np.float32) for name, shape in shapes.items()}
+
+    def run(self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Joints (metres, the first root near the origin) and rotations (N, T, J, 3) float32.
+
+        Parameters
+        ----------
+        labels : (N, T) int
+        noise : (N, T, Z) float
+        lengths : (N, J) float
+            Native units.
+        """
+        feed = self.initial_states(len(labels)) | _frames_feed(labels, noise) | {"bone_lengths": np.asarray(lengths, dtype=np.float32)}
+        joints, rotations = run_rows(open_session(self.path), RESULTS, feed)
+        return joints, rotations
+
+    def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+        """See `MotionModel.generate`; `noise` is asked once."""
+        drawn = noise((*labels.shape, self.card.latent_size))
+        return self.run(labels, noise=drawn, lengths=lengths) if start is None else self._continue(labels, noise=drawn, lengths=lengths, start=start)
+
+    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+        """See `MotionModel.generate_like_data`: how the data's clips end was learned."""
+        return self.generate(np.repeat(labels[:, None], frames, axis=1), lengths, normal_noise(generator), None)[0]
+
+    def _continue(self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `run`, but the first frames are those of `start` (N, P, J, 3): the states follow them, as under teacher forcing."""
+        native = ((start - start[:, :1, :1]) / np.float32(self.card.metres_per_unit)).astype(np.float32)
+        states = self.initial_states(len(labels))
+        session, names = open_session(self.path), [f"last_{name}" for name in STATE_NAMES]
+        feed, body = _frames_feed(labels, noise), {"bone_lengths": np.asarray(lengths, np.float32)}
+        given = start.shape[1]
+        for t in range(given):
+            new = session.run(names, {name: array[:, t : t + 1] for name, array in feed.items()} | states | body)
+            states = dict(zip(STATE_NAMES, new, strict=True)) | {"previous": native[:, t]}
+        joints, rotations = session.run(RESULTS, {name: array[:, given:] for name, array in feed.items()} | states | body)
+        return _join(start, joints + start[:, :1, :1], rotations, self.card.skeleton)
+
+
+@dataclass(frozen=True)
+class WindowSampler:
+    """Whole windows, each of which goes on from the last frames of the one before."""
+
+    path: Path
+    card: WindowCard
+
+    def active_share(self, label: int) -> float:
+        """Share of a window that clips of an action typically move: the 90 % quantile of the data."""
+        shares = self.card.active[label]
+        return float(shares[int(0.9 * (len(shares) - 1))])
+
+    def run(
+        self, labels: IntArray, *, active: FloatArray, noise: FloatArray, lengths: FloatArray, context: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """One window: joints (metres, first root at the origin) and rotations (N, W, J, 3) float32.
+
+        Parameters
+        ----------
+        labels : (N,) int
+        active : (N,) float
+            Share of the window that is in motion.
+        noise : (N, Z) float
+        lengths : (N, J) float
+            Native units.
+        context : (N, P, J, 3) float or None
+            Frames that the window repeats at its start and goes on from, metres.
+        """
+        count = len(labels)
+        given = np.zeros((count, self.card.context_frames, lengths.shape[1], 3), np.float32) if context is None else context
+        feed: dict[str, np.ndarray] = {
+            "noise": np.asarray(noise, dtype=np.float32),
+            "actions": np.asarray(labels, dtype=np.int64),
+            "active": np.asarray(active, dtype=np.float32),
+            "context": np.asarray(given, dtype=np.float32),
+            "has_context": np.full(count, context is not None, dtype=np.float32),
+            "bone_lengths": np.asarray(lengths, dtype=np.float32),
+        }
+        joints, rotations = run_rows(open_session(self.path), RESULTS, feed)
+        return joints, rotations
+
+    def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+        """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each; a change of action starts a new one."""
+        count, frames = labels.shape
+        changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
+        joints: FloatArray = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
+        rotations: FloatArray = joints
+        if start is not None:
+            joints, rotations = _join(start, joints, rotations, self.card.skeleton)
+        given = self.card.context_frames
+        for end in [*changes, frames]:
+            label = labels[:, end - 1]
+            share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
+            usable = max(round(float(share.min()) * self.card.window_frames), given + 4)
+            while joints.shape[1] < end:
+                context = None
+                if joints.shape[1]:
+                    context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
+                new, rotated = self.run(label, active=share, noise=noise((count, self.card.latent_size)), lengths=lengths, context=context)
+                if context is not None:
+                    new = (new + context[:, :1, :1])[:, given:]
+                    rotated = rotated[:, given:]
+                take = min(usable - (given if context is not None else 0), end - joints.shape[1])
+                joints = np.concatenate([joints, new[:, :take]], axis=1)
+                rotations = np.concatenate([rotations, rotated[:, :take]], axis=1)
+        return joints, rotations
+
+    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+        """See `MotionModel.generate_like_data`: how long each clip moves is drawn from the data's distribution for its action.
+
+        Raises
+        ------
+        InputError
+            `frames` are more than a window.
+        """
+        if frames > self.card.window_frames:
+            raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {frames} were asked for")
+        active = np.array([generator.choice(self.card.active[label]) for label in labels])
+        noise = normal_noise(generator)((len(labels), self.card.latent_size))
+        return self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
+
+
+def normal_noise(generator: np.random.Generator) -> Noise:
+    """The noise that a generator draws, call after call."""
+
+    def draw(shape: tuple[int, ...]) -> FloatArray:
+        return generator.standard_normal(shape, dtype=np.float32)
+
+    return draw
+
+
+def _frames_feed(labels: IntArray, noise: FloatArray) -> dict[str, np.ndarray]:
+    """Inputs of a step graph with a column a frame: labels (N, T), noise (N, T, Z) and the time counter (N, T) in (0, 1]."""
+    count, frames = labels.shape
+    time = np.tile((np.arange(frames, dtype=np.float32) + 1) / np.float32(frames), (count, 1))
+    return {"noise": np.asarray(noise, dtype=np.float32), "actions": np.asarray(labels, dtype=np.int64), "time": time}
+
+
+def _join(start: FloatArray, joints: FloatArray, rotations: FloatArray, skeleton: Skeleton) -> tuple[FloatArray, FloatArray]:
+    """Given frames (N, P, J, 3) followed by generated ones: joints and rotations (N, P + T, J, 3) float32."""
+    before = inverse_kinematics(np.asarray(start, dtype=np.float32), skeleton)
+    return np.concatenate([start, joints], axis=1).astype(np.float32), np.concatenate([before, rotations], axis=1).astype(np.float32)

@@ -255,57 +255,81 @@ def follow_cameras(
     InputError
         `track` has another shape, no frames, or holds NaN; or a view is unknown.
     """
-    from scipy.ndimage import gaussian_filter1d
-
     check_views(settings.views, cameras)
-    points = np.asarray(track, np.float64)
-    if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
-        raise InputError(f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds")
-    if not np.isfinite(points).all():
-        raise InputError("the character's track holds NaN or infinite numbers; check the motion that moved it")
-    low, high = points.min(axis=1), points.max(axis=1)
-    if points.shape[1] == 2:  # the corners of the boxes stand for what is inside
-        points = np.stack([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)], axis=1)
-    if height is None:
-        extent = high[:, 1] - low[:, 1]
-        height = float(max(np.median(extent), 0.5 * extent.max()))
-    centre = (low + high) / 2
-    centre[:, 1] = height / 2
-    path = centre
-    if smoothing > 0 and len(centre) > 1:
-        # continued at both ends by point reflection, or the camera would lag behind whoever walks into the clip
-        beyond = min(len(centre) - 1, int(4 * smoothing))
-        padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
-        path = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
-    frames = len(path)
-    still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (frames, 1))
-    still[:, 1] = height / 2
-
-    def needed(targets: FloatArray, toward: FloatArray, angle: float) -> float:
-        reach = (1 - 2 * margin) * np.tan(np.radians(angle) / 2)
-        right = np.cross((0.0, 1.0, 0.0), toward)
-        right /= np.linalg.norm(right, axis=-1, keepdims=True)
-        up = np.cross(toward, right)
-        offsets = points - targets[:, None]
-        across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
-        return float((np.maximum(np.abs(across), np.abs(along)) / reach + depth).max())
-
+    subject = _Subject.of(track, height=height, smoothing=smoothing, margin=margin)
+    frames = len(subject.path)
     standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=fov) for view in settings.views if view in AZIMUTHS]
-    shared = max([0.5, *(needed(path, camera.toward(frames), fov) for camera in standing)])
+    shared = max([0.5, *(subject.least_distance(subject.path, camera.toward(frames), fov) for camera in standing)])
     found: dict[str, tuple[ViewCamera, ...]] = {}
     for camera in (*standing, *(one for one in (TURNTABLE, *cameras) if one.name in settings.views)):
         if camera.origin is not None:
-            aims = path if camera.target is None else np.tile(camera.target, (frames, 1))
+            aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
             found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
             continue
-        targets, toward = path if camera.follow else still, camera.toward(frames)
-        distance = shared if camera in standing else camera.distance or max(0.5, needed(targets, toward, camera.fov))
+        targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames)
+        distance = shared if camera in standing else camera.distance or max(0.5, subject.least_distance(targets, toward, camera.fov))
         origins = targets + distance * toward
         found[camera.name] = tuple(
             ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
             for origin, target in zip(origins, targets, strict=True)
         )
     return {view: found[view] for view in settings.views}
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Subject:
+    """Whom the cameras see: `points` (T, N, 3), its smooth `path` (T, 3) and the middle of all of it, `still` (T, 3), at half its
+    height; `margin` is the free border on each side, a fraction of the picture."""
+
+    points: FloatArray
+    path: FloatArray
+    still: FloatArray
+    margin: float
+
+    @classmethod
+    def of(cls, track: FloatArray, *, height: float | None, smoothing: float, margin: float) -> _Subject:
+        """See `follow_cameras`."""
+        points = np.asarray(track, np.float64)
+        if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
+            raise InputError(
+                f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds"
+            )
+        if not np.isfinite(points).all():
+            raise InputError("the character's track holds NaN or infinite numbers; check the motion that moved it")
+        low, high = points.min(axis=1), points.max(axis=1)
+        if points.shape[1] == 2:  # the corners of the boxes stand for what is inside
+            points = np.stack([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)], axis=1)
+        if height is None:
+            extent = high[:, 1] - low[:, 1]
+            height = float(max(np.median(extent), 0.5 * extent.max()))
+        centre = (low + high) / 2
+        centre[:, 1] = height / 2
+        still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(centre), 1))
+        still[:, 1] = height / 2
+        return cls(points=points, path=_smooth_path(centre, smoothing), still=still, margin=margin)
+
+    def least_distance(self, targets: FloatArray, toward: FloatArray, fov: float) -> float:
+        """Metres from `targets` (T, 3) along `toward` (T, 3) from where the whole of it is in the picture at every frame."""
+        reach = (1 - 2 * self.margin) * np.tan(np.radians(fov) / 2)
+        right = np.cross((0.0, 1.0, 0.0), toward)
+        right /= np.linalg.norm(right, axis=-1, keepdims=True)
+        up = np.cross(toward, right)
+        offsets = self.points - targets[:, None]
+        across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
+        return float((np.maximum(np.abs(across), np.abs(along)) / reach + depth).max())
+
+
+def _smooth_path(centre: FloatArray, smoothing: float) -> FloatArray:
+    """A path (T, 3) through a Gaussian of `smoothing` frames."""
+    from scipy.ndimage import gaussian_filter1d
+
+    if smoothing <= 0 or len(centre) < 2:
+        return centre
+    # continued at both ends by point reflection, or the camera would lag behind whoever walks into the clip
+    beyond = min(len(centre) - 1, int(4 * smoothing))
+    padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
+    path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
+    return path
 
 
 def _triple(vector: FloatArray) -> tuple[float, float, float]:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from a2v.types import ByteArray, FloatArray, Surface
+from a2v.geometry.mesh import vertex_normals
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Surface
 
 
 def preview_surface(
@@ -25,6 +26,7 @@ def preview_surface(
 
     Parameters
     ----------
+    surface : Surface
     azimuth, elevation : float
         Where the camera stands, degrees: 0, 0 in front (+z), azimuth 90 at the person's left (+x), 180 behind.
     size : int
@@ -37,14 +39,13 @@ def preview_surface(
         Dim by the angle to the camera.
     plain : bool
         White clay instead of the colours: shows the shape.
+    background : tuple of 3 int
+        sRGB where nothing is.
 
     Returns
     -------
     (size, size, 3) uint8.
     """
-    import cv2
-    import open3d as o3d
-
     vertices = np.asarray(surface.vertices, np.float64)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     middle = (low + high) / 2 if center is None else np.asarray(center, np.float64)
@@ -55,35 +56,10 @@ def preview_surface(
     up = np.cross(backward, right)
     ticks = ((np.arange(size) + 0.5) / size - 0.5) * extent
     origins = middle + ticks[None, :, None] * right - ticks[:, None, None] * up + backward * 10.0
-    rays = np.concatenate([origins, np.broadcast_to(-backward, origins.shape)], axis=-1).astype(np.float32)
-    scene: Any = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(np.ascontiguousarray(surface.vertices, np.float32), np.ascontiguousarray(surface.faces, np.uint32))
-    hits = scene.cast_rays(rays)
-    seen = np.isfinite(hits["t_hit"].numpy())
-    face = hits["primitive_ids"].numpy()[seen].astype(np.int64)
-    second = hits["primitive_uvs"].numpy()[seen].astype(np.float64)
-    weights = np.concatenate([1 - second.sum(axis=1, keepdims=True), second], axis=1)
-    if plain:
-        color = np.full((len(face), 3), 0.8)
-    elif surface.uv is not None and surface.texture is not None:
-        rows, columns = surface.texture.shape[:2]
-        uv = (surface.uv[face] * weights[..., None]).sum(axis=1)
-        x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
-        y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
-        chunks = [
-            cv2.remap(surface.texture, x[:, i : i + 30000], y[:, i : i + 30000], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], 30000)
-        ]
-        color = np.concatenate(chunks).reshape(-1, 3) / 255 if chunks else np.zeros((0, 3))
-    else:
-        color = (surface.colors[surface.faces[face]] * weights[..., None]).sum(axis=1)
+    seen, face, weights = _first_hits(surface, origins, -backward)
+    color = np.full((len(face), 3), 0.8) if plain else _colors_at(surface, face, weights)
     if shaded or plain:
-        corners = vertices[surface.faces]
-        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals = np.zeros_like(vertices)
-        for corner in range(3):
-            np.add.at(normals, surface.faces[:, corner], flat)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-        normal = (normals[surface.faces[face]] * weights[..., None]).sum(axis=1)
+        normal = (vertex_normals(vertices, surface.faces)[surface.faces[face]] * weights[..., None]).sum(axis=1)
         light = backward + 0.35 * up - 0.25 * right
         facing = np.clip(normal @ (light / np.linalg.norm(light)), 0, 1)
         color = color * ((0.25 + 0.75 * facing) if plain else (0.7 + 0.3 * facing))[:, None]
@@ -91,3 +67,33 @@ def preview_surface(
     picture[:] = background
     picture[seen] = np.clip(color * 255 + 0.5, 0, 255).astype(np.uint8)
     return picture
+
+
+def _first_hits(surface: Surface, origins: FloatArray, direction: FloatArray) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Rays from `origins` (H, W, 3): which hit (H, W), and of these N the face (N,) and barycentric weights (N, 3) of its corners."""
+    import open3d as o3d
+
+    rays = np.concatenate([origins, np.broadcast_to(direction, origins.shape)], axis=-1).astype(np.float32)
+    scene: Any = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(np.ascontiguousarray(surface.vertices, np.float32), np.ascontiguousarray(surface.faces, np.uint32))
+    hits = scene.cast_rays(rays)
+    seen = np.isfinite(hits["t_hit"].numpy())
+    second = hits["primitive_uvs"].numpy()[seen].astype(np.float64)
+    weights = np.concatenate([1 - second.sum(axis=1, keepdims=True), second], axis=1)
+    return seen, hits["primitive_ids"].numpy()[seen].astype(np.int64), weights
+
+
+def _colors_at(surface: Surface, face: IntArray, weights: FloatArray) -> FloatArray:
+    """sRGB (N, 3) in [0, 1] at points of faces (N,), by barycentric weights (N, 3)."""
+    import cv2
+
+    if surface.uv is None or surface.texture is None:
+        mixed: FloatArray = (surface.colors[surface.faces[face]] * weights[..., None]).sum(axis=1)
+        return mixed
+    rows, columns = surface.texture.shape[:2]
+    uv = (surface.uv[face] * weights[..., None]).sum(axis=1)
+    x = (uv[:, 0] * columns - 0.5).astype(np.float32)[None]
+    y = ((1 - uv[:, 1]) * rows - 0.5).astype(np.float32)[None]
+    part = 30000  # cv2.remap takes fewer than 2^15 columns
+    chunks = [cv2.remap(surface.texture, x[:, i : i + part], y[:, i : i + part], cv2.INTER_LINEAR)[0] for i in range(0, x.shape[1], part)]
+    return np.concatenate(chunks).reshape(-1, 3) / 255 if chunks else np.zeros((0, 3))

@@ -15,7 +15,7 @@ from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Layers:
     """What the path tracer saw, before denoising, float32.
 
@@ -29,7 +29,7 @@ class Layers:
     alpha: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cutout:
     """The person and its shadow, to be laid over anything; linear light, float32.
 

@@ -82,7 +82,7 @@ class SceneSettings(Record):
         return np.asarray(fill / (fill + slope * np.array(self.sun)), np.float32)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RenderMesh:
     """A surface cut along its texture seams, with what updates it: Mitsuba keeps one texture coordinate a vertex.
 
@@ -123,7 +123,7 @@ def render_mesh(surface: Surface) -> RenderMesh:
     welded = welded.ravel()
     rows, columns = welded[faces].ravel(), np.repeat(np.arange(len(faces)), 3)
     smooth = csr_matrix((np.ones(rows.size), (rows, columns)), shape=(int(welded.max()) + 1, len(faces)))
-    return RenderMesh(source, cut, uv, welded, faces, smooth)
+    return RenderMesh(source=source, faces=cut, uv=uv, welded=welded, corner_faces=faces, smooth=smooth)
 
 
 def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, Any] | None = None) -> Any:

@@ -16,7 +16,7 @@ from a2v.io import atomic_path
 from a2v.types import ByteArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class VideoInfo:
     """What `probe_video` reads: sizes in pixels, frames a second, the codec's and the pixel format's names."""
 
@@ -123,22 +123,26 @@ def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
             stream = container.streams.video[0]
             frames = sum(1 for _ in container.decode(stream))
             context = stream.codec_context
-            return VideoInfo(context.width, context.height, frames, float(stream.average_rate or 0), context.name, str(context.pix_fmt))
+            return VideoInfo(
+                width=context.width,
+                height=context.height,
+                frames=frames,
+                fps=float(stream.average_rate or 0),
+                codec=context.name,
+                pixel_format=str(context.pix_fmt),
+            )
     except (av.FFmpegError, IndexError) as error:
         raise InputError(f"{path} is not a readable video ({error})") from error
 
 
 def write_gif(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, colors: int = 128) -> None:
-    """Write a looping GIF with one palette for all frames (no flicker of dithered flats), atomically.
+    """Write a looping GIF with one palette of `colors` for all frames (no flicker of dithered flats), atomically.
 
-    Raises
-    ------
-    InputError
-        As for `write_video`.
+    `path`, `frames` and `fps` and what is raised: as for `write_video`.
     """
     from PIL import Image
 
-    pictures = [Image.fromarray(frame) for frame in _checked(frames)]
+    pictures = _pictures(frames)
     picks = pictures[:: max(1, len(pictures) // 8)]
     mosaic = Image.fromarray(np.concatenate([np.asarray(picture)[::2, ::2] for picture in picks]))
     palette = mosaic.quantize(colors, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
@@ -147,17 +151,17 @@ def write_gif(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: fl
 
 
 def write_webp(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, quality: int = 60) -> None:
-    """Write a looping animated WebP, atomically; several times smaller than a GIF.
+    """Write a looping animated WebP of a `quality` from 0 to 100, atomically; several times smaller than a GIF.
 
-    Raises
-    ------
-    InputError
-        As for `write_video`.
+    `path`, `frames` and `fps` and what is raised: as for `write_video`.
     """
+    _save_animation(path, _pictures(frames), fps, ".webp", {"quality": quality, "method": 4})
+
+
+def _pictures(frames: Iterable[ByteArray]) -> list[Any]:
     from PIL import Image
 
-    pictures = [Image.fromarray(frame) for frame in _checked(frames)]
-    _save_animation(path, pictures, fps, ".webp", {"quality": quality, "method": 4})
+    return [Image.fromarray(frame) for frame in _checked(frames)]
 
 
 def _save_animation(path: str | os.PathLike[str], pictures: list[Any], fps: float, suffix: str, options: dict[str, object]) -> None:

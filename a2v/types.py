@@ -170,7 +170,7 @@ class Subject(Record):
     mask : (H, W) float32
         Opacity of the person in [0, 1] (an alpha matte).
     keypoints : (33, 3) float32
-        Landmarks in BlazePose order (`a2v.perception.LANDMARKS`): u, v in pixels of `image`, confidence in [0, 1]
+        Landmarks in BlazePose order (`a2v.perception.BLAZEPOSE`): u, v in pixels of `image`, confidence in [0, 1]
         (0: not seen; then u and v mean nothing).
     keypoints_3d : (33, 3) float32
         Estimated positions, metres, relative to the middle of the hips, axes as everywhere (y up, +z towards the

@@ -17,13 +17,13 @@ import numpy as np
 from tqdm import tqdm
 
 from a2v.evaluation.reconstruction import open_studio
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
 from a2v.perception.detector import Detector
-from a2v.perception.landmarks import LANDMARKS
 from a2v.studio.studio import Studio
 from a2v.studio.view import View, list_views
 
-OTHER_SIDE = np.array([LANDMARKS.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in LANDMARKS])
+OTHER_SIDE = np.array([BLAZEPOSE.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in BLAZEPOSE])
 GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_index")
 
 
@@ -77,7 +77,7 @@ def fit(samples: list[Sample], strength: float) -> DepthCorrection:
 
 def report(name: str, errors: np.ndarray) -> None:
     """Print mean absolute errors, centimetres."""
-    columns = {group: [i for i, landmark in enumerate(LANDMARKS) if landmark.endswith(group)] for group in GROUPS}
+    columns = {group: [i for i, landmark in enumerate(BLAZEPOSE) if landmark.endswith(group)] for group in GROUPS}
     print(f"{name:>12}: " + ", ".join(f"{group} {100 * np.abs(errors[:, index]).mean():.1f}" for group, index in columns.items())
           + f"; all {100 * np.abs(errors).mean():.2f} cm")  # fmt: skip
 

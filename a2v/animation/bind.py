@@ -57,6 +57,11 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         Body part of each vertex of the surface (an index into `a2v.body.PARTS`) where known, -1 where not.
     settings : BindSettings
 
+    Returns
+    -------
+    Character
+        With anchors, parts and the four largest weights of each vertex.
+
     Raises
     ------
     InputError
@@ -70,30 +75,20 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     normals = vertex_normals(vertices, faces)
     body_vertices = body.vertices.astype(np.float64)
     body_normals = vertex_normals(body_vertices, body.faces.astype(np.int64))
-    count = min(settings.neighbors, len(body_vertices))
-    labels = body.parts.astype(np.int64)
-    present = np.unique(labels)
-    cost = np.full((len(vertices), len(present)), np.inf)
-    best = np.zeros((len(vertices), len(present)), dtype=np.int64)
     tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
     if float(np.median(tree_distance)) > 0.5:
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
-    for column, part in enumerate(present):  # the best vertex of each part, so that no part hides another
-        members = np.flatnonzero(labels == part)
-        found = cKDTree(body_vertices[members]).query(vertices, k=min(count, len(members)))
-        distance, index = np.reshape(found[0], (len(vertices), -1)), members[np.reshape(found[1], (len(vertices), -1))]
-        agreement = np.einsum("va,vka->vk", normals, body_normals[index])
-        total = distance + settings.normal_weight * 0.5 * (1 - agreement)
-        pick = total.argmin(axis=1)
-        rows = np.arange(len(vertices))
-        cost[:, column], best[:, column] = total[rows, pick], index[rows, pick]
+    labels = body.parts.astype(np.int64)
+    present = np.unique(labels)
+    members = [np.flatnonzero(labels == part) for part in present]
+    found = [_nearest(vertices, normals, body_vertices[own], body_normals[own], settings) for own in members]
+    cost = np.stack([price for price, _ in found], axis=1)
+    best = np.stack([own[index] for own, (_, index) in zip(members, found, strict=True)], axis=1)
     area = vertex_areas(vertices, faces) + 1e-12
     stiffness = laplacian(cotangent_weights(vertices, faces))
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
-        known = np.asarray(parts)
-        lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
-        chosen = np.where((known >= 0) & (present[lookup] == known), lookup, chosen)
+        chosen = _where_known(chosen, np.asarray(parts), present)
     rows = np.arange(len(vertices))
     anchors, price = best[rows, chosen], cost[rows, chosen]
     weights, bones = _skin(anchors, price, normals, body_normals, tree_distance, body, area, stiffness, settings)
@@ -106,6 +101,26 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         parts=present[chosen].astype(np.int8),
         provenance={"bind": {name: getattr(settings, name) for name in settings.__dataclass_fields__}},
     )
+
+
+def _nearest(
+    vertices: FloatArray, normals: FloatArray, targets: FloatArray, target_normals: FloatArray, settings: BindSettings
+) -> tuple[FloatArray, IntArray]:
+    """The cheapest of a part's `targets` (N, 3) for each of `vertices` (V, 3): its cost (V,) in metres and its index (V,)."""
+    from scipy.spatial import cKDTree
+
+    found = cKDTree(targets).query(vertices, k=min(settings.neighbors, len(targets)))
+    distance, index = (np.reshape(values, (len(vertices), -1)) for values in found)
+    agreement = np.einsum("va,vka->vk", normals, target_normals[index])
+    total = distance + settings.normal_weight * 0.5 * (1 - agreement)
+    pick, rows = total.argmin(axis=1), np.arange(len(vertices))
+    return total[rows, pick], index[rows, pick]
+
+
+def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
+    """The chosen columns (V,) of `present` parts, replaced where the part is `known` (V,; -1: not) and present."""
+    lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
+    return np.where((known >= 0) & (present[lookup] == known), lookup, chosen)
 
 
 def _choose_parts(cost: FloatArray, area: FloatArray, stiffness: Any, settings: BindSettings) -> IntArray:

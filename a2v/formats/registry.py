@@ -66,16 +66,16 @@ class CharacterFormat:
 
 
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
+    MotionFormat(suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh),
     MotionFormat(
         suffixes=(".npz",),
         read=lambda path, _: Motion.load(path),
         write=lambda path, motion: motion.save(path),
         batches=True,
     ),
-    MotionFormat(suffixes=(".bvh",), read=lambda path, action: read_bvh(path, action=action), write=write_bvh),
     MotionFormat(suffixes=(".txt", ".json"), read=lambda path, action: read_deepmimic(path, action=action), title="DeepMimic's .txt"),
 )
-"""Motions as data: a2v's own ``.npz``, BVH, DeepMimic."""
+"""Motions as data: BVH, a2v's own ``.npz``, DeepMimic."""
 
 CHARACTER_FORMATS: tuple[CharacterFormat, ...] = (
     CharacterFormat(suffixes=(".glb",), write=write_glb),
@@ -92,7 +92,7 @@ def suffixes_of(formats: Sequence[MotionFormat] | Sequence[CharacterFormat]) -> 
 
 
 def readable_motions(last: str = " or ") -> str:
-    """What `read_motion` takes, for sentences: ".npz, .bvh or DeepMimic's .txt"; `last` stands before the last one."""
+    """What `read_motion` takes, for sentences: ".bvh, .npz or DeepMimic's .txt"; `last` stands before the last one."""
     titles = [item.title or ", ".join(item.suffixes) for item in MOTION_FORMATS if item.read is not None]
     return f"{', '.join(titles[:-1])}{last}{titles[-1]}"
 
@@ -119,7 +119,7 @@ def read_motion(path: str | os.PathLike[str], *, fps: float | None = None, actio
     Parameters
     ----------
     path : path
-        ``.npz`` (`Motion.save`), ``.bvh`` (`read_bvh`) or ``.txt``/``.json`` (DeepMimic's ``Frames``).
+        ``.bvh`` (`read_bvh`), ``.npz`` (`Motion.save`) or ``.txt``/``.json`` (DeepMimic's ``Frames``).
     fps : float or None
         Resample to this rate; None keeps the file's.
     action : str

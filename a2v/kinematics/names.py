@@ -32,6 +32,21 @@ _CENTRAL: dict[str, str] = {
 }  # fmt: skip
 _SPINE = re.compile(r"^(spine\d*|chest\d*|upperchest|lowerback|torso|thorax|abdomen\d*|waist|upperback|back\d*)$")
 
+BLAZEPOSE: tuple[str, ...] = (
+    "nose",
+    *(f"{side}_eye{part}" for side in ("left", "right") for part in ("_inner", "", "_outer")),
+    "left_ear",
+    "right_ear",
+    "mouth_left",
+    "mouth_right",
+    *(
+        f"{side}_{joint}"
+        for joint in ("shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel", "foot_index")
+        for side in ("left", "right")
+    ),
+)
+"""The 33 landmarks of a photo's person in mediapipe's order; left and right are the person's own."""
+
 REQUIRED: tuple[str, ...] = (
     "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",

@@ -14,7 +14,7 @@ import numpy as np
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Detection:
     """One person that mediapipe found.
 
@@ -48,7 +48,7 @@ class Detection:
         shift = np.asarray(offset) + (scale - 1) / 2
         matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float64)
         cv2.warpAffine(self.mask, matrix, size, dst=placed, flags=cv2.INTER_LINEAR)
-        return Detection(keypoints, self.keypoints_3d, placed)
+        return Detection(keypoints=keypoints, keypoints_3d=self.keypoints_3d, mask=placed)
 
 
 @contextmanager
@@ -106,7 +106,7 @@ class Detector:
         keypoints[:, 2] = np.clip(np.where(outside, np.minimum(keypoints[:, 2], 0.3), keypoints[:, 2]), 0, 1)
         world = np.array([[p.x, -p.y, -p.z] for p in result.pose_world_landmarks.landmark], np.float32)
         mask = np.clip(np.asarray(result.segmentation_mask, np.float32), 0, 1)
-        detection = Detection(keypoints, world, mask)
+        detection = Detection(keypoints=keypoints, keypoints_3d=world, mask=mask)
         return detection if _is_plausible(detection) else None
 
     def people(self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None) -> list[Detection]:

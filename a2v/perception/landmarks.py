@@ -8,46 +8,11 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import FloatArray
 
-LANDMARKS: tuple[str, ...] = (
-    "nose",
-    "left_eye_inner",
-    "left_eye",
-    "left_eye_outer",
-    "right_eye_inner",
-    "right_eye",
-    "right_eye_outer",
-    "left_ear",
-    "right_ear",
-    "mouth_left",
-    "mouth_right",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-    "left_pinky",
-    "right_pinky",
-    "left_index",
-    "right_index",
-    "left_thumb",
-    "right_thumb",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_ankle",
-    "right_ankle",
-    "left_heel",
-    "right_heel",
-    "left_foot_index",
-    "right_foot_index",
-)
-"""Names of the landmarks in BlazePose order; left and right are the person's own."""
-
-INDEX = {name: index for index, name in enumerate(LANDMARKS)}
+INDEX = {name: index for index, name in enumerate(BLAZEPOSE)}
+"""Row of each landmark."""
 
 LIMBS: tuple[tuple[str, str], ...] = (
     ("left_shoulder", "right_shoulder"),
@@ -73,53 +38,12 @@ LIMBS: tuple[tuple[str, str], ...] = (
 
 MAX_JSON_BYTES = 16 << 20
 
-_COCO_18 = (
-    "nose",
-    None,  # neck
-    "right_shoulder",
-    "right_elbow",
-    "right_wrist",
-    "left_shoulder",
-    "left_elbow",
-    "left_wrist",
-    "right_hip",
-    "right_knee",
-    "right_ankle",
-    "left_hip",
-    "left_knee",
-    "left_ankle",
-    "right_eye",
-    "left_eye",
-    "right_ear",
-    "left_ear",
-)
-_BODY_25 = (
-    "nose",
-    None,  # neck
-    "right_shoulder",
-    "right_elbow",
-    "right_wrist",
-    "left_shoulder",
-    "left_elbow",
-    "left_wrist",
-    None,  # middle of the hips
-    "right_hip",
-    "right_knee",
-    "right_ankle",
-    "left_hip",
-    "left_knee",
-    "left_ankle",
-    "right_eye",
-    "left_eye",
-    "right_ear",
-    "left_ear",
-    "left_foot_index",  # big toe
-    None,
-    "left_heel",
-    "right_foot_index",
-    None,
-    "right_heel",
-)
+_ARMS = ("nose", None, *(f"{side}_{joint}" for side in ("right", "left") for joint in ("shoulder", "elbow", "wrist")))  # None: neck
+_LEGS = tuple(f"{side}_{joint}" for side in ("right", "left") for joint in ("hip", "knee", "ankle"))
+_FACE = ("right_eye", "left_eye", "right_ear", "left_ear")
+_FEET = ("left_foot_index", None, "left_heel", "right_foot_index", None, "right_heel")  # the big toe stands for the foot index
+_COCO_18 = (*_ARMS, *_LEGS, *_FACE)
+_BODY_25 = (*_ARMS, None, *_LEGS, *_FACE, *_FEET)  # None: middle of the hips
 _HAND = {2: "thumb", 5: "index", 17: "pinky"}  # knuckles of OpenPose's hand that BlazePose names too
 
 
@@ -176,7 +100,7 @@ def _read_person(person: Any, name: str, expected: str) -> FloatArray:
     if len(points) not in (18, 25):
         raise InputError(f"{name} has a person of {len(points)} points; {expected}")
     layout = _COCO_18 if len(points) == 18 else _BODY_25
-    landmarks = np.zeros((len(LANDMARKS), 3), np.float32)
+    landmarks = np.zeros((len(BLAZEPOSE), 3), np.float32)
     for point, landmark in zip(points, layout, strict=True):
         if landmark is not None:
             landmarks[INDEX[landmark]] = point

@@ -9,7 +9,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.perception.depth import put_upright
-from a2v.perception.landmarks import INDEX, LANDMARKS, LIMBS
+from a2v.perception.landmarks import BLAZEPOSE, INDEX, LIMBS
+from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
 
 if TYPE_CHECKING:
@@ -84,42 +85,17 @@ def find_person(
     if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
         raise InputError(f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)")
     height, width = photo.shape[:2]
-    given_mask = _check_mask(mask, height, width)
-    if given_mask is None and photo.shape[2] == 4:
-        alpha = photo[..., 3]
-        clear = float((alpha < 128).mean())
-        if clear >= 0.02:  # less is a cut corner, not a cut-out person
-            if clear > 0.9999:
-                raise InputError("the photo is transparent everywhere; expected a person in it")
-            given_mask = alpha.astype(np.float32) / 255
+    given_mask = _mask_of_alpha(photo) if mask is None else _check_mask(mask, height, width)
     given_points = _check_keypoints(keypoints, height, width)
-    rgb = photo[..., :3]
-
-    warnings: list[str] = []
+    rgb, warnings = photo[..., :3], list[str]()
     points, points_3d, rough, others = _locate(rgb, given_mask, given_points, settings, warnings)
-
     crop = _crop_box(rough, points, (width, height), settings.margin)
     left, top, right, bottom = crop
-    scale = min(1.0, settings.max_side / max(right - left, bottom - top))
-    size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
-    image = _resize(rgb[top:bottom, left:right], size)
-    alpha_crop = _resize(rough[top:bottom, left:right], size)
-    points = points.copy()
-    points[:, 0] = (points[:, 0] - left) * (size[0] / (right - left))
-    points[:, 1] = (points[:, 1] - top) * (size[1] / (bottom - top))
-
-    if given_mask is None:
-        if settings.refine:
-            from a2v.perception.matting import refine_mask
-
-            if others is not None:
-                alpha_crop = alpha_crop * (1 - _resize(others[top:bottom, left:right].astype(np.float32), size))
-            tall = float(np.ptp(np.nonzero(alpha_crop > 0.5)[0]) + 1) if (alpha_crop > 0.5).any() else 1.0
-            alpha_crop = refine_mask(image, alpha_crop, height=tall, band=settings.band)
-    else:
-        from a2v.perception.matting import keep_soft
-
+    image, alpha_crop, points = _cut_out(rgb, rough, points, crop, settings.max_side)
+    if given_mask is not None:
         alpha_crop = keep_soft(alpha_crop)
+    elif settings.refine:
+        alpha_crop = _refined(image, alpha_crop, None if others is None else others[top:bottom, left:right], settings)
     if (alpha_crop > 0.5).sum() < 64:
         raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
     warnings += _warn(alpha_crop, points, points_3d, crop, (width, height))
@@ -139,27 +115,59 @@ def find_person(
     )
 
 
-def _check_mask(mask: FloatArray | BoolArray | ByteArray | None, height: int, width: int) -> FloatArray | None:
-    if mask is None:
-        return None
+def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: int) -> FloatArray:
+    """The user's mask (H, W) as float32 in [0, 1], without islands."""
     if mask.shape != (height, width):
         got = f"{mask.shape[1]} x {mask.shape[0]}" if mask.ndim == 2 else str(mask.shape)
         raise InputError(f"the mask has {got} pixels; expected the photo's {width} x {height}")
     values = mask.astype(np.float32) / (255 if mask.dtype == np.uint8 else 1)
     if not np.isfinite(values).all() or values.min() < 0 or values.max() > 1:
         raise InputError("the mask has values outside of 0 to 1; expected opacities (0 background, 1 person)")
-    from a2v.perception.matting import keep_person
-
     if not (values > 0.5).any():
         raise InputError("the mask is empty; expected white where the person is")
     return np.where(keep_person(values > 0.5) | (values <= 0.5), values, 0).astype(np.float32)
+
+
+def _cut_out(
+    rgb: ByteArray, mask: FloatArray, points: FloatArray, crop: tuple[int, int, int, int], max_side: int
+) -> tuple[ByteArray, FloatArray, FloatArray]:
+    """Picture, mask and landmarks inside `crop`, the longer side reduced to at most `max_side` pixels."""
+    left, top, right, bottom = crop
+    scale = min(1.0, max_side / max(right - left, bottom - top))
+    size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
+    points = points.copy()
+    points[:, 0] = (points[:, 0] - left) * (size[0] / (right - left))
+    points[:, 1] = (points[:, 1] - top) * (size[1] / (bottom - top))
+    return _resize(rgb[top:bottom, left:right], size), _resize(mask[top:bottom, left:right], size), points
+
+
+def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
+    """The mask (H, W) that a photo's alpha channel is, if it has one that cuts somebody out."""
+    if photo.shape[2] != 4:
+        return None
+    alpha = photo[..., 3]
+    clear = float((alpha < 128).mean())
+    if clear < 0.02:  # a cut corner, not a cut-out person
+        return None
+    if clear > 0.9999:
+        raise InputError("the photo is transparent everywhere; expected a person in it")
+    mask: FloatArray = alpha.astype(np.float32) / 255
+    return mask
+
+
+def _refined(image: ByteArray, rough: FloatArray, others: BoolArray | None, settings: PerceptionSettings) -> FloatArray:
+    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others` (of any resolution) in it."""
+    if others is not None:
+        rough = rough * (1 - _resize(others.astype(np.float32), (image.shape[1], image.shape[0])))
+    tall = float(np.ptp(np.nonzero(rough > 0.5)[0]) + 1) if (rough > 0.5).any() else 1.0
+    return refine_mask(image, rough, height=tall, band=settings.band)
 
 
 def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> FloatArray | None:
     if keypoints is None:
         return None
     points = np.asarray(keypoints, np.float32)
-    if points.shape != (len(LANDMARKS), 3) or not np.isfinite(points).all():
+    if points.shape != (len(BLAZEPOSE), 3) or not np.isfinite(points).all():
         raise InputError(f"keypoints have shape {points.shape}; expected finite (33, 3) in BlazePose order (use read_openpose)")
     points = points.copy()
     points[:, 2] = np.clip(points[:, 2], 0, 1)
@@ -180,7 +188,7 @@ def _locate(
     from a2v.perception.detector import Detector
 
     height, width = rgb.shape[:2]
-    unknown_3d = np.full((len(LANDMARKS), 3), np.nan, np.float32)
+    unknown_3d = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
     others: BoolArray | None = None
     with Detector(settings.confidence) as detector:
         if mask is not None or keypoints is not None:

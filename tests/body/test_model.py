@@ -34,9 +34,9 @@ def test_it_keeps_the_protocol(model: AnnyModel) -> None:
 
 
 def test_landmark_names_are_perceptions() -> None:
-    from a2v.perception import LANDMARKS
+    from a2v.kinematics import names
 
-    assert tuple(LANDMARKS) == BLAZEPOSE
+    assert names.BLAZEPOSE == BLAZEPOSE
 
 
 def test_axes(model: AnnyModel) -> None:

@@ -5,7 +5,8 @@ import json
 import pytest
 
 from a2v.errors import InputError
-from a2v.perception import LANDMARKS, read_openpose
+from a2v.kinematics.names import BLAZEPOSE
+from a2v.perception import read_openpose
 
 
 def person(points: int, scale: float = 100.0) -> dict[str, object]:
@@ -24,20 +25,20 @@ def test_layouts(points: int, places: dict[str, int]) -> None:
     landmarks = read_openpose(json.dumps({"people": [person(points)]}))
     assert landmarks.shape == (33, 3)
     for name, index in places.items():
-        assert landmarks[LANDMARKS.index(name)] == pytest.approx([10 + 100 * index, 20 + 200 * index, 0.9])
-    assert (landmarks[LANDMARKS.index("mouth_left")] == 0).all()
+        assert landmarks[BLAZEPOSE.index(name)] == pytest.approx([10 + 100 * index, 20 + 200 * index, 0.9])
+    assert (landmarks[BLAZEPOSE.index("mouth_left")] == 0).all()
 
 
 def test_largest_person_is_taken() -> None:
     landmarks = read_openpose(json.dumps({"people": [person(25, 1.0), person(25, 7.0), person(25, 3.0)]}).encode())
-    assert landmarks[LANDMARKS.index("left_shoulder"), 0] == pytest.approx(45)
+    assert landmarks[BLAZEPOSE.index("left_shoulder"), 0] == pytest.approx(45)
 
 
 def test_normalised_coordinates_need_the_photo() -> None:
     data = json.dumps({"people": [{"pose_keypoints_2d": [x for i in range(25) for x in (i / 30, i / 40, 0.8)]}]})
     with pytest.raises(InputError, match="pixels"):
         read_openpose(data)
-    assert read_openpose(data, photo_size=(300, 400))[LANDMARKS.index("left_shoulder"), :2] == pytest.approx([50, 50])
+    assert read_openpose(data, photo_size=(300, 400))[BLAZEPOSE.index("left_shoulder"), :2] == pytest.approx([50, 50])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.perception import LANDMARKS, decode_photo, find_person
+from a2v.kinematics.names import BLAZEPOSE
+from a2v.perception import decode_photo, find_person
 from a2v.perception.matting import keep_person, refine_mask
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
@@ -40,18 +41,18 @@ def in_photo(subject) -> np.ndarray:
 
 def test_landmarks_lie_on_the_person(subject) -> None:
     for name in ("left_shoulder", "right_hip", "left_knee", "right_ankle", "nose"):
-        u, v, confidence = subject.keypoints[LANDMARKS.index(name)]
+        u, v, confidence = subject.keypoints[BLAZEPOSE.index(name)]
         assert confidence > 0.8
         assert subject.mask[int(v), int(u)] > 0.9
     # the person faces the camera: their left is on the photo's right, and up is up
-    assert subject.keypoints[LANDMARKS.index("left_shoulder"), 0] > subject.keypoints[LANDMARKS.index("right_shoulder"), 0]
-    assert subject.keypoints_3d[LANDMARKS.index("nose"), 1] > 0.3
-    assert subject.keypoints_3d[LANDMARKS.index("nose"), 2] > subject.keypoints_3d[LANDMARKS.index("left_ear"), 2]
+    assert subject.keypoints[BLAZEPOSE.index("left_shoulder"), 0] > subject.keypoints[BLAZEPOSE.index("right_shoulder"), 0]
+    assert subject.keypoints_3d[BLAZEPOSE.index("nose"), 1] > 0.3
+    assert subject.keypoints_3d[BLAZEPOSE.index("nose"), 2] > subject.keypoints_3d[BLAZEPOSE.index("left_ear"), 2]
     assert subject.warnings == ()
 
 
 def test_who_stands_upright_does_so_in_3d(subject) -> None:
-    depth = {name: subject.keypoints_3d[[LANDMARKS.index(f"{side}_{name}") for side in ("left", "right")], 2].mean()
+    depth = {name: subject.keypoints_3d[[BLAZEPOSE.index(f"{side}_{name}") for side in ("left", "right")], 2].mean()
              for name in ("shoulder", "hip", "ankle")}  # fmt: skip
     assert np.ptp(list(depth.values())) < 0.08  # the detector itself leans this person over by 20 cm
 
@@ -125,7 +126,7 @@ def test_masks_and_keypoints_that_do_not_fit(photo: np.ndarray) -> None:
 def test_given_keypoints_win(photo: np.ndarray, subject) -> None:
     points = subject.keypoints.copy()
     points[:, :2] += subject.crop[:2]  # the crop is not reduced here
-    points[LANDMARKS.index("left_wrist"), :2] += (4, -3)
+    points[BLAZEPOSE.index("left_wrist"), :2] += (4, -3)
     found = find_person(photo, keypoints=points)
     assert found.keypoints[:, :2] + found.crop[:2] == pytest.approx(points[:, :2], abs=0.01)
     assert iou(in_photo(found), in_photo(subject)) > 0.97

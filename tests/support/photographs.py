@@ -9,7 +9,7 @@ import numpy as np
 
 from a2v.body import PARTS, load_body_model, make_body
 from a2v.geometry.visibility import depth_map
-from a2v.perception import LANDMARKS
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject
 
 SIZE = (460, 640)
@@ -49,7 +49,7 @@ def dressed_scene() -> tuple[Subject, Body, OrthographicCamera]:
         ("left_ear", 0.075, 0.925),
         ("right_ear", -0.075, 0.925),
     ):
-        points[LANDMARKS.index(name)] = (*camera.project(np.array([middle + dx, dy * tall, 0.0])), 0.99)
+        points[BLAZEPOSE.index(name)] = (*camera.project(np.array([middle + dx, dy * tall, 0.0])), 0.99)
     subject = Subject(
         image=(image * 255).astype(np.uint8),
         mask=mask.astype(np.float32),

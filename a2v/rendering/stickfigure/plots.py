@@ -70,9 +70,7 @@ def plot_rows(
     shown = [clip.joints[at] - clip.root[at][:, None] * ground for clip, at in zip(clips, picks, strict=True)]
     spot = ground_grid(np.array([-0.4, -0.4]), np.array([0.4, 0.4]), dataclasses.replace(settings, cell=0.4))
     low, high = _bounds(shown, spot, settings)
-    pitch = high[0] - low[0]
-    row = settings.size / 100
-    label = 1.1 if any(names) else 0.0
+    pitch, row, label = high[0] - low[0], settings.size / 100, 1.1 if any(names) else 0.0
     cell = row * pitch / (high[1] - low[1])
     width, foot = label + cell * poses, 0.2
     figure = new_figure(width, row * len(clips) + foot)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.body.anny import AnnyModel
 from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
+from a2v.body.skinning import BodyState
 
 if TYPE_CHECKING:
     import torch
-
-    from a2v.body.anny import AnnyModel
-    from a2v.body.skinning import BodyState
 
 
 class LimbBalls:
@@ -71,3 +71,9 @@ class LimbBalls:
         gap = ((points[..., first, :] - points[..., second, :]).square().sum(dim=-1) + 1e-12).sqrt()
         radii = self._radii.to(gap)
         return (radii[first] + radii[second] - gap).clamp(min=0.0)
+
+
+@lru_cache(maxsize=1)
+def limb_balls(model: AnnyModel) -> LimbBalls:
+    """The balls of a model, measured once."""
+    return LimbBalls(model)

@@ -11,96 +11,19 @@ import numpy as np
 
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
+from a2v.body.evidence import Evidence, gather_evidence
 from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.objective import Evidence, Objective, Unknowns
-from a2v.body.pose_space import pose_space
+from a2v.body.objective import Objective
+from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
-from a2v.body.silhouette import mask_field, rasterize, silhouette_iou
+from a2v.body.settings import FitSettings
+from a2v.body.silhouette import rasterize, silhouette_iou
 from a2v.body.skinning import BodyModel, make_body
+from a2v.body.start import candidates
 from a2v.body.surface_term import SurfaceSamples
+from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
 from a2v.types import Body, OrthographicCamera, Progress, Subject, Surface
-
-
-@dataclass(frozen=True, kw_only=True)
-class FitSettings:
-    """How `fit_body` weighs its evidence. Lengths called *relative* are fractions of the person's height.
-
-    Attributes
-    ----------
-    model : str
-        "anny", or the ``.npz`` file of an SMPL, SMPL-H or SMPL-X model: the fit itself always runs on Anny and is then carried over.
-    keypoint_sigma : float
-        Expected error of a keypoint, relative.
-    keypoint_robust : float
-        Scale of the Geman-McClure penalty of keypoints, relative: errors far larger count as outliers.
-    depth_weight : float
-        Weight of the detector's 3D keypoints, used for the depth along each limb only.
-    depth_sigma : float
-        Expected error of that depth, relative.
-    silhouette_weight : float
-        Weight of the silhouette; 0 leaves it out.
-    silhouette_sigma, silhouette_robust : float
-        Expected error and Geman-McClure scale of the silhouette, relative.
-    silhouette_size : int
-        Longer side of the raster on which silhouettes are compared, pixels.
-    height, height_sigma : float
-        The person's standing height and its uncertainty, metres: one photo does not show it.
-    pose_weight, shape_weight : float
-        Weights of the priors on pose (with the photo alone) and shape.
-    feet_weight : float
-        Weight of flat feet and straight legs for people who stand.
-    collision_weight : float
-        Weight of limbs that cut into the torso or each other.
-    surface_weight : float
-        Weight of the surface term (Eq. 17), both ways.
-    surface_robust : float
-        Geman-McClure scale of the surface distance, metres.
-    joints_weight : float
-        λ_j of Eq. 15.
-    prior_weight : float
-        λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
-    rounds : int
-        Rounds with the silhouette or the surface; the correspondences are renewed at every one.
-    steps : int
-        L-BFGS iterations a round.
-    tolerance : float
-        Stop early when a round lowers the objective by less than this fraction.
-    seed : int
-        Chooses the sampled vertices.
-    """
-
-    model: str = "anny"
-    keypoint_sigma: float = 0.012
-    keypoint_robust: float = 0.05
-    depth_weight: float = 6.0
-    depth_sigma: float = 0.04
-    silhouette_weight: float = 1.0
-    silhouette_sigma: float = 0.012
-    silhouette_robust: float = 0.04
-    silhouette_size: int = 256
-    height: float = 1.7
-    height_sigma: float = 0.04
-    pose_weight: float = 1.0
-    shape_weight: float = 1.0
-    feet_weight: float = 1.0
-    collision_weight: float = 1.0
-    surface_weight: float = 1.0
-    surface_robust: float = 0.05
-    joints_weight: float = 2.0
-    prior_weight: float = 0.2
-    rounds: int = 12
-    steps: int = 15
-    tolerance: float = 2e-3
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
-                raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
-        if self.rounds < 0 or self.steps < 1 or not 32 <= self.silhouette_size <= 2048:
-            raise InputError("FitSettings needs rounds >= 0, steps >= 1 and silhouette_size from 32 to 2048")
 
 
 @dataclass(frozen=True)
@@ -161,21 +84,20 @@ def fit_body(
     model = load_body_model()
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
-    evidence = gather_evidence(subject, model, settings)
-    total = settings.rounds + 3
-    report: Progress = progress or (lambda done, of: None)
-    if initial is not None:
-        unknowns = _from_result(initial, model)
-    else:
-        unknowns = _first_guess(evidence, model, settings, report, total)
+    fit = _Fit(model, gather_evidence(subject, settings), settings, progress or _silent)
+    unknowns = fit.first_guess() if initial is None else _unknowns_of(initial)
     if surface is None:
-        return _carried(_fit_photo(subject, evidence, model, settings, unknowns, report, total), wanted)
+        return _carried(fit.to_photo(unknowns), wanted)
     assert camera is not None
     if initial is None:
-        initial = _fit_photo(subject, evidence, model, settings, unknowns, lambda done, of: None, total)
-        unknowns = _from_result(initial, model)
-        _move_to_camera(unknowns, initial.camera, camera)
-    return _carried(_fit_surface(subject, evidence, model, settings, unknowns, surface, camera, report, total), wanted)
+        photo = dataclasses.replace(fit, progress=_silent).to_photo(unknowns)
+        unknowns = _unknowns_of(photo)
+        _move_to_camera(unknowns, old=photo.camera, new=camera)
+    return _carried(fit.to_surface(unknowns, surface, camera), wanted)
+
+
+def _silent(done: int, total: int) -> None:
+    """No progress is shown."""
 
 
 def _carried(result: FitResult, model: BodyModel) -> FitResult:
@@ -186,99 +108,138 @@ def _carried(result: FitResult, model: BodyModel) -> FitResult:
     return dataclasses.replace(result, body=body, residuals={**result.residuals, "carried_over": distance})
 
 
-def gather_evidence(subject: Subject, model: AnnyModel, settings: FitSettings) -> Evidence:
-    """Turn a subject into numbers that the objective compares with.
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """One fit: the model, what it is fitted to, how, and whom to tell about the progress."""
 
-    Raises
-    ------
-    InputError
-        Too few confident keypoints.
-    """
-    confidence = np.clip(np.nan_to_num(subject.keypoints[:, 2]), 0, 1).astype(np.float64)
-    pixels = np.nan_to_num(subject.keypoints[:, :2]).astype(np.float64)
-    body = np.array([name.split("_", 1)[-1] in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "ear") for name in BLAZEPOSE])
-    if (confidence[body] > 0.3).sum() < 4:
-        found = int((confidence[body] > 0.3).sum())
-        raise InputError(f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo")
-    left, top, _, _ = subject.crop
-    width, height = subject.photo_size
-    known = (float(-left), float(-top), float(width - left), float(height - top))
-    field_ = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
-    return Evidence.build(pixels, confidence, subject.keypoints_3d.astype(np.float64), field_)
+    model: AnnyModel
+    evidence: Evidence
+    settings: FitSettings
+    progress: Progress
 
+    @property
+    def total(self) -> int:
+        """Steps of the progress."""
+        return self.settings.rounds + 3
 
-def _first_guess(evidence: Evidence, model: AnnyModel, settings: FitSettings, report: Progress, total: int) -> Unknowns:
-    """Camera and orientation, from several starts; the best after a short fit of the joints."""
-    from a2v.body.start import candidates
+    def first_guess(self) -> Unknowns:
+        """Camera and orientation, from several starts; the best after a short fit of the joints."""
+        best: tuple[float, Unknowns] | None = None
+        objective = Objective(self.model, self.evidence, self.settings)
+        for unknowns in candidates(self.evidence, self.model):
+            if self.evidence.has_depth:
+                objective.minimize(unknowns, 15, stage="depth")
+            objective.minimize(unknowns, 20, stage="camera")
+            loss = objective.minimize(unknowns, 30, stage="joints")
+            if best is None or loss < best[0]:
+                best = (loss, unknowns)
+        self.progress(1, self.total)
+        assert best is not None
+        objective.minimize(best[1], 60, stage="joints")
+        self.progress(2, self.total)
+        return best[1]
 
-    best: tuple[float, Unknowns] | None = None
-    objective = Objective(model, evidence, settings)
-    for unknowns in candidates(evidence, model):
-        if evidence.has_depth:
-            objective.minimize(unknowns, 15, stage="depth")
-        loss = objective.minimize(unknowns, 20, stage="camera")
-        loss = objective.minimize(unknowns, 30, stage="joints")
-        if best is None or loss < best[0]:
-            best = (loss, unknowns)
-    report(1, total)
-    assert best is not None
-    objective.minimize(best[1], 60, stage="joints")
-    report(2, total)
-    return best[1]
+    def to_photo(self, unknowns: Unknowns) -> FitResult:
+        """The fit to keypoints and silhouette; the body is put on the ground."""
+        objective = Objective(self.model, self.evidence, self.settings)
+        done = 0
+        if self.evidence.mask is not None and len(self.evidence.mask.contour):
+            previous = np.inf
+            for done in range(1, self.settings.rounds + 1):
+                objective.renew_silhouette(unknowns)
+                value = objective.minimize(unknowns, self.settings.steps, stage="silhouette")
+                self.progress(2 + done, self.total)
+                if done > 3 and previous - value < self.settings.tolerance * abs(previous):
+                    break
+                previous = value
+        loss = objective.values(unknowns, "silhouette")  # before the body moves to its place on the ground
+        camera = self._ground(unknowns, objective.space)
+        return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
-
-def _fit_photo(
-    subject: Subject, evidence: Evidence, model: AnnyModel, settings: FitSettings, unknowns: Unknowns, report: Progress, total: int
-) -> FitResult:
-    objective = Objective(model, evidence, settings)
-    done = 0
-    if evidence.mask is not None and len(evidence.mask.contour):
-        previous = np.inf
-        for done in range(1, settings.rounds + 1):
-            objective.renew_silhouette(unknowns)
-            loss = objective.minimize(unknowns, settings.steps, stage="silhouette")
-            report(2 + done, total)
-            if done > 3 and previous - loss < settings.tolerance * abs(previous):
+    def to_surface(self, unknowns: Unknowns, surface: Surface, camera: OrthographicCamera) -> FitResult:
+        """The fit to keypoints and surface, in the surface's frame (Eq. 15)."""
+        samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
+        objective = Objective(self.model, self.evidence, self.settings, surface=samples)
+        unknowns.fix_camera(camera)
+        previous, done = np.inf, 0
+        for done in range(1, self.settings.rounds + 3):
+            first = done <= 2  # "during the first two iterations we only consider the joints and the pose regularization"
+            if not first:
+                objective.renew_surface(unknowns)
+            value = objective.minimize(unknowns, self.settings.steps, stage="surface_joints" if first else "surface")
+            self.progress(min(self.total - 1, done), self.total)
+            if done > 5 and previous - value < self.settings.tolerance * abs(previous):
                 break
-            previous = loss
-    return _result(subject, evidence, model, settings, objective, unknowns, "silhouette", done, report, total, grounded=True)
+            previous = value if not first else np.inf
+        found = {"loss": objective.values(unknowns, "surface"), "rounds": done}
+        result = self._result(unknowns, unknowns.camera(), objective.space, found, samples)
+        return dataclasses.replace(result, camera=camera)
+
+    def _ground(self, unknowns: Unknowns, space: PoseSpace) -> OrthographicCamera:
+        """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera that sees it where it was."""
+        import torch
+
+        with torch.no_grad():
+            state = self.model.forward(unknowns.rotmats(space).float(), unknowns.shape.float(), unknowns.translation.float())
+            pelvis = state.joints[0].double()
+            shift = torch.stack([-pelvis[0], -state.vertices[:, 1].min().double(), -pelvis[2]])
+            unknowns.translation += shift
+        camera = unknowns.camera()
+        return OrthographicCamera(
+            scale=camera.scale,
+            center_u=camera.center_u - camera.scale * float(shift[0]),
+            center_v=camera.center_v + camera.scale * float(shift[1]),
+        )
+
+    def _result(
+        self,
+        unknowns: Unknowns,
+        camera: OrthographicCamera,
+        space: PoseSpace,
+        found: Mapping[str, Any],
+        samples: SurfaceSamples | None = None,
+    ) -> FitResult:
+        """The body at `unknowns`, and how well it agrees with the evidence; `found` goes to the residuals as it is."""
+        shape = unknowns.shape.detach()
+        angles = unknowns.angles.detach().numpy().astype(np.float32)
+        standing = self.model.rest(shape)[0]
+        height = float(standing[:, 1].max() - standing[:, 1].min())
+        rotations = space.rotvecs(unknowns.angles.detach()).numpy().astype(np.float32)
+        rotations[0] = unknowns.root_rotvec()
+        provenance = {"model": self.model.name, "settings": dataclasses.asdict(self.settings)}
+        body = make_body(self.model, rotations, shape.numpy(), unknowns.translation.detach().numpy(), provenance=provenance)
+        body = dataclasses.replace(body, parameters={**body.parameters, "angles": angles})
+        residuals = {**self._landmark_errors(body, camera, height), "height": height, **found}
+        if (mask := self.evidence.mask) is not None:
+            raster = rasterize(body.vertices, body.faces, camera, mask.inside.shape, step=mask.step)["mask"]
+            residuals["silhouette_iou"] = silhouette_iou(raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known)
+        if samples is not None:
+            residuals["surface_mean"] = samples.mean_distance(body.vertices, body.faces)
+        self.progress(self.total, self.total)
+        return FitResult(body=body, camera=camera, residuals=residuals)
+
+    def _landmark_errors(self, body: Body, camera: OrthographicCamera, height: float) -> dict[str, Any]:
+        """Distances of the confident keypoints from the body's landmarks, by its standing `height` in metres."""
+        import torch
+
+        seen = self.evidence.confidence > 0.3
+        with torch.no_grad():
+            final = self.model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+            landmarks = self.model.landmarks(final).numpy()
+        error = np.linalg.norm(camera.project(landmarks) - self.evidence.pixels, axis=1) / (camera.scale * height)
+        return {
+            "keypoint_mean": float(error[seen].mean()),
+            "keypoint_max": float(error[seen].max()),
+            "keypoints": {name: float(error[index]) for index, name in enumerate(BLAZEPOSE) if seen[index]},
+        }
 
 
-def _fit_surface(
-    subject: Subject,
-    evidence: Evidence,
-    model: AnnyModel,
-    settings: FitSettings,
-    unknowns: Unknowns,
-    surface: Surface,
-    camera: OrthographicCamera,
-    report: Progress,
-    total: int,
-) -> FitResult:
-    samples = SurfaceSamples.build(surface, camera, evidence, seed=settings.seed)
-    objective = Objective(model, evidence, settings, surface=samples)
-    unknowns.fix_camera(camera)
-    previous, done = np.inf, 0
-    for done in range(1, settings.rounds + 3):
-        first = done <= 2  # "during the first two iterations we only consider the joints and the pose regularization"
-        if not first:
-            objective.renew_surface(unknowns)
-        loss = objective.minimize(unknowns, settings.steps, stage="surface_joints" if first else "surface")
-        report(min(total - 1, done), total)
-        if done > 5 and previous - loss < settings.tolerance * abs(previous):
-            break
-        previous = loss if not first else np.inf
-    result = _result(subject, evidence, model, settings, objective, unknowns, "surface", done, report, total, grounded=False)
-    return dataclasses.replace(result, camera=camera)
-
-
-def _from_result(result: FitResult, model: AnnyModel) -> Unknowns:
+def _unknowns_of(result: FitResult) -> Unknowns:
     """Unknowns at a finished fit."""
     parameters = result.body.parameters
     if "angles" not in parameters:
         raise InputError("the initial body was not made by fit_body; leave `initial` out")
     return Unknowns.build(
-        model,
         root=parameters["rotations"][0],
         angles=parameters["angles"],
         shape=parameters["shape"],
@@ -287,71 +248,10 @@ def _from_result(result: FitResult, model: AnnyModel) -> Unknowns:
     )
 
 
-def _move_to_camera(unknowns: Unknowns, old: OrthographicCamera, new: OrthographicCamera) -> None:
+def _move_to_camera(unknowns: Unknowns, *, old: OrthographicCamera, new: OrthographicCamera) -> None:
     """Shift a body seen through `old` so that it lands on the same pixels through `new` (of about the same scale)."""
     import torch
 
     move = [(old.center_u - new.center_u) / new.scale, (new.center_v - old.center_v) / new.scale, 0.0]
     with torch.no_grad():
         unknowns.translation += torch.tensor(move, dtype=unknowns.translation.dtype)
-
-
-def _result(
-    subject: Subject,
-    evidence: Evidence,
-    model: AnnyModel,
-    settings: FitSettings,
-    objective: Objective,
-    unknowns: Unknowns,
-    stage: str,
-    rounds: int,
-    report: Progress,
-    total: int,
-    *,
-    grounded: bool,
-) -> FitResult:
-    import torch
-
-    space = pose_space(model)
-    with torch.no_grad():
-        terms = objective.terms(unknowns, stage)  # before the body moves to its place on the ground
-        rotmats, shape = unknowns.rotmats(space), unknowns.shape.detach()
-        state = model.forward(rotmats.float(), shape.float(), unknowns.translation.float())
-        camera = unknowns.camera()
-        if grounded:
-            pelvis = state.joints[0].double()
-            shift = torch.stack([-pelvis[0], -state.vertices[:, 1].min().double(), -pelvis[2]])
-            unknowns.translation += shift
-            camera = OrthographicCamera(
-                scale=camera.scale,
-                center_u=camera.center_u - camera.scale * float(shift[0]),
-                center_v=camera.center_v + camera.scale * float(shift[1]),
-            )
-        standing = model.rest(shape)[0]
-        height = float(standing[:, 1].max() - standing[:, 1].min())
-    rotations = space.rotvecs(unknowns.angles.detach()).numpy().astype(np.float32)
-    rotations[0] = unknowns.root_rotvec()
-    provenance = {"model": model.name, "settings": dataclasses.asdict(settings)}
-    body = make_body(model, rotations, shape.numpy(), unknowns.translation.detach().numpy(), provenance=provenance)
-    body = dataclasses.replace(body, parameters={**body.parameters, "angles": unknowns.angles.detach().numpy().astype(np.float32)})
-
-    seen = evidence.confidence > 0.3
-    with torch.no_grad():
-        final = model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
-        landmarks = model.landmarks(final).numpy()
-    error = np.linalg.norm(camera.project(landmarks) - evidence.pixels, axis=1) / (camera.scale * height)
-    residuals: dict[str, Any] = {
-        "keypoint_mean": float(error[seen].mean()),
-        "keypoint_max": float(error[seen].max()),
-        "keypoints": {name: float(error[index]) for index, name in enumerate(BLAZEPOSE) if seen[index]},
-        "height": height,
-        "loss": {name: float(value) for name, value in terms.items()},
-        "rounds": rounds,
-    }
-    if evidence.mask is not None:
-        raster = rasterize(body.vertices, body.faces, camera, evidence.mask.inside.shape, step=evidence.mask.step)["mask"]
-        residuals["silhouette_iou"] = silhouette_iou(raster & evidence.mask_known, evidence.mask.inside & evidence.mask_known)
-    if objective.surface is not None:
-        residuals["surface_mean"] = objective.surface.mean_distance(body.vertices, body.faces)
-    report(total, total)
-    return FitResult(body=body, camera=camera, residuals=residuals)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.geometry.mesh import piece_of_faces
 from a2v.types import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ BLAZEPOSE: tuple[str, ...] = (
     ),
 )
 """Names of the landmarks in mediapipe's order (left and right are the person's)."""
+
+LANDMARK_INDEX: dict[str, int] = {name: index for index, name in enumerate(BLAZEPOSE)}
+"""Place of each landmark in `BLAZEPOSE`."""
 
 JOINT_BONES: dict[str, str] = {
     "hips": "root",
@@ -98,7 +102,7 @@ def landmark_table(
 
     dense = np.zeros((len(BLAZEPOSE), len(rest)))
     bones = np.zeros((len(BLAZEPOSE), len(bone_names)), dtype=np.float32)
-    skin = np.flatnonzero((weights[:, bone_names.index("head")] > 0.9) & _on_largest_component(faces, len(rest)))
+    skin = np.flatnonzero((weights[:, bone_names.index("head")] > 0.9) & _on_skin(faces, len(rest)))
     nose = rest[skin[rest[skin, 2].argmax()]]
     for row, name in enumerate(BLAZEPOSE):
         side, joint = name.split("_", 1) if name.startswith(("left", "right")) else ("", name)
@@ -127,15 +131,11 @@ def landmark_table(
     return torch.from_numpy(used), torch.from_numpy(dense[:, used].astype(np.float32)), torch.from_numpy(bones)
 
 
-def _on_largest_component(faces: IntArray, count: int) -> BoolArray:
-    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest connected component."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
-    labels = connected_components(graph, directed=False)[1]
-    outer: BoolArray = labels == np.bincount(labels).argmax()
+def _on_skin(faces: IntArray, count: int) -> BoolArray:
+    """Which of `count` vertices belong to the skin, not to eyeballs and tongue: the largest connected piece."""
+    piece = piece_of_faces(count, faces)
+    outer = np.zeros(count, bool)
+    outer[faces[piece == np.bincount(piece).argmax()].ravel()] = True
     return outer
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,26 +46,32 @@ class PosePrior:
             raise InputError(
                 f"pose prior: weights {self.weights.shape}, means {self.means.shape} and covariances {self.covariances.shape} do not fit together"
             )
-        factor = np.linalg.inv(np.linalg.cholesky(self.covariances.astype(np.float64)))
-        constant = (
+
+    @cached_property
+    def _whiten(self) -> FloatArray:
+        """Inverses (K, D, D) of the covariances' Cholesky factors."""
+        factor: FloatArray = np.linalg.inv(np.linalg.cholesky(self.covariances.astype(np.float64)))
+        return factor
+
+    @cached_property
+    def _constant(self) -> FloatArray:
+        """Logarithms (K,) of the weights times the densities at the means."""
+        constant: FloatArray = (
             np.log(self.weights.astype(np.float64))
-            - 0.5 * d * np.log(2 * np.pi)
-            + np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+            - 0.5 * self.means.shape[1] * np.log(2 * np.pi)
+            + np.log(np.diagonal(self._whiten, axis1=1, axis2=2)).sum(axis=1)
         )
-        object.__setattr__(self, "_whiten", factor)
-        object.__setattr__(self, "_constant", constant)
+        return constant
 
     def log_likelihood(self, angles: torch.Tensor) -> torch.Tensor:
         """log Σ g_i N(θ; μ_i, Σ_i) of angles (..., D) → (...,), differentiable; Eq. 18 is its negative."""
         import torch
 
-        whiten: FloatArray = self._whiten  # type: ignore[attr-defined]
-        constant: FloatArray = self._constant  # type: ignore[attr-defined]
         gap = angles[..., None, :] - torch.from_numpy(self.means).to(angles)
-        white = (torch.from_numpy(whiten).to(angles) @ gap[..., None])[..., 0]
-        return torch.logsumexp(torch.from_numpy(constant).to(angles) - 0.5 * white.square().sum(-1), dim=-1)
+        white = (torch.from_numpy(self._whiten).to(angles) @ gap[..., None])[..., 0]
+        return torch.logsumexp(torch.from_numpy(self._constant).to(angles) - 0.5 * white.square().sum(-1), dim=-1)
 
-    @property
+    @cached_property
     def best(self) -> float:
         """The log-likelihood at the likeliest mean, so that a penalty can start near zero."""
         import torch

@@ -1,6 +1,6 @@
 """The joints that a fit may bend: a few dozen angles with limits, instead of 104 free rotations.
 
-Each angle turns one bone, or a chain of bones in equal shares (spine, neck), about a fixed anatomical axis given in
+Each angle rotates one bone, or a chain of bones in equal shares (spine, neck), about a fixed anatomical axis given in
 world axes at rest. Limits are soft: the fit pays for passing them.
 """
 
@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.body.anny import AnnyModel
 from a2v.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
     import torch
 
-    from a2v.body.anny import AnnyModel
-
 # name: (bones, axis, low, high, natural, spread); radians. Axes: x, y, z of the world, or "arm" (along the upper arm),
 # "forearm", "hinge" (of the elbow, positive bends), "swing" (moves the arm forward), "leg" (along the thigh).
-# Written for the left side; the right mirrors it. Spread is the standard deviation of everyday poses.
+# Written for the left side; the right mirrors it. Limits, natural angles and spreads (standard deviations of everyday standing poses)
+# were chosen by hand, not fitted: with a surface the fit takes `a2v.body.pose_prior` instead, which was.
 _CENTRAL: dict[str, tuple[tuple[str, ...], str, float, float, float, float]] = {
     "waist_bend": (("spine05", "spine04", "spine03"), "x", -0.4, 0.9, 0.0, 0.15),
     "waist_twist": (("spine05", "spine04", "spine03"), "y", -0.5, 0.5, 0.0, 0.15),
@@ -124,7 +124,7 @@ def pose_space(model: AnnyModel) -> PoseSpace:
         "forearm": fore,
         "hinge": hinge,
         "palm": unit(np.cross(hinge, fore)),
-        # turning about it moves the arm towards +z
+        # rotating about it moves the arm towards +z
         "swing": unit(np.cross(upper, [0.0, 0.0, 1.0])),
         "leg": -direction("upperleg01.L", "lowerleg01.L"),
     }

@@ -198,3 +198,48 @@ def rim_vertices(
     flat = vertex_normal[ids][:, :2] * [1.0, -1.0]
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     return ids[near], pixels[near], flat[near]
+
+
+@dataclass(frozen=True, eq=False)
+class RimMatches:
+    """Points of a mask's contour and the vertices of the body's rim that belong there.
+
+    Attributes
+    ----------
+    vertex_ids : (n,) int64
+    pixels, normals : (n, 2) float64
+        Of the contour; the normals point outwards, in the image.
+    """
+
+    vertex_ids: torch.Tensor
+    pixels: torch.Tensor
+    normals: torch.Tensor
+
+
+def match_rim(mask: MaskField, vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, *, height: float) -> RimMatches | None:
+    """Match points of the mask's contour to the rim of a body (V, 3); None where fewer than ten belong together.
+
+    `height` is the person's, in pixels: a match is nearer than 12 % of it (chosen by hand).
+    """
+    import torch
+    from scipy.spatial import cKDTree
+
+    raster = rasterize(vertices, faces, camera, mask.inside.shape, step=mask.step)["mask"]
+    ids, pixels, normals = rim_vertices(vertices, faces, camera, raster, mask.step)
+    if len(ids) < 10:
+        return None
+    every = max(1, len(mask.contour) // 350)
+    contour, outward = mask.contour[::every], mask.normals[::every]
+    # Direction counts as much as place: a contour that faces left belongs to a left rim.
+    reach = 0.06 * height
+    tree = cKDTree(np.concatenate([pixels, reach * normals], axis=1))
+    nearest = np.asarray(tree.query(np.concatenate([contour, reach * outward], axis=1))[1])
+    good = (normals[nearest] * outward).sum(axis=1) > 0.3
+    good &= np.linalg.norm(pixels[nearest] - contour, axis=1) < 0.12 * height
+    if good.sum() < 10:
+        return None
+    return RimMatches(
+        vertex_ids=torch.from_numpy(ids[nearest[good]]),
+        pixels=torch.from_numpy(contour[good].astype(np.float64)),
+        normals=torch.from_numpy(outward[good].astype(np.float64)),
+    )

@@ -5,36 +5,42 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.anny import AnnyModel
-from a2v.body.landmarks import BLAZEPOSE
-from a2v.body.objective import Evidence, Unknowns
+from a2v.body.evidence import Evidence
+from a2v.body.landmarks import LANDMARK_INDEX
 from a2v.body.pose_space import pose_space
+from a2v.body.unknowns import Unknowns
+from a2v.kinematics.so3 import rotmat_to_rotvec
 from a2v.types import FloatArray, OrthographicCamera
+
+# Of Anny's default adult, roughly, which is enough for a start: the hips above the model's origin, metres, and the trunk by the height.
+_HIPS, _TRUNK = 0.073, 0.29
 
 
 def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
     """Starts worth trying.
 
-    One if the detector gave 3D keypoints; otherwise the natural standing pose turned several ways, ordered by what
+    One if the detector gave 3D keypoints; otherwise the natural standing pose at several yaw angles, ordered by what
     the shoulders and hips say.
     """
     space = pose_space(model)
     camera = OrthographicCamera(scale=evidence.height / 1.7, center_u=0.0, center_v=0.0)
-    rest_pelvis = np.array([0.0, 0.073, 0.014])
-    pelvis = _middle(evidence, "hip") if _seen(evidence, "hip") else _middle(evidence, "shoulder") + np.array([0.0, 0.29 * evidence.height])
-    camera = OrthographicCamera(scale=camera.scale, center_u=float(pelvis[0]), center_v=float(pelvis[1] + camera.scale * rest_pelvis[1]))
+    pelvis = (
+        _middle(evidence, "hip") if _seen(evidence, "hip") else _middle(evidence, "shoulder") + np.array([0.0, _TRUNK * evidence.height])
+    )
+    camera = OrthographicCamera(scale=camera.scale, center_u=float(pelvis[0]), center_v=float(pelvis[1] + camera.scale * _HIPS))
     return [
-        Unknowns.build(model, root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera)
+        Unknowns.build(root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera)
         for root in _orientations(evidence)
     ]
 
 
 def _seen(evidence: Evidence, joint: str) -> bool:
-    return bool(min(evidence.confidence[BLAZEPOSE.index(f"{side}_{joint}")] for side in ("left", "right")) > 0.2)
+    return bool(min(evidence.confidence[LANDMARK_INDEX[f"{side}_{joint}"]] for side in ("left", "right")) > 0.2)
 
 
 def _middle(evidence: Evidence, joint: str) -> FloatArray:
     """Middle of a pair of landmarks, weighted by confidence, pixels."""
-    index = [BLAZEPOSE.index(f"{side}_{joint}") for side in ("left", "right")]
+    index = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right")]
     weight = evidence.confidence[index] + 1e-6
     middle: FloatArray = (evidence.pixels[index] * weight[:, None]).sum(axis=0) / weight.sum()
     return middle
@@ -42,22 +48,18 @@ def _middle(evidence: Evidence, joint: str) -> FloatArray:
 
 def _orientations(evidence: Evidence) -> list[FloatArray]:
     """Rotation vectors of the whole body worth starting from."""
-    from a2v.kinematics.so3 import rotmat_to_rotvec
-
-    names = {name: index for index, name in enumerate(BLAZEPOSE)}
-    trunk = [names[f"{side}_{joint}"] for side in ("left", "right") for joint in ("shoulder", "hip")]
+    trunk = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("shoulder", "hip")]
     if evidence.points is not None and np.isfinite(evidence.points[trunk]).all():
-        point = {name: evidence.points[index] for name, index in names.items()}
+        point = {name: evidence.points[index] for name, index in LANDMARK_INDEX.items()}
         left = point["left_shoulder"] - point["right_shoulder"] + point["left_hip"] - point["right_hip"]
         up = point["left_shoulder"] + point["right_shoulder"] - point["left_hip"] - point["right_hip"]
         up = up / np.linalg.norm(up)
         left = left - up * (left @ up)
         left = left / np.linalg.norm(left)
-        matrix = np.stack([left, up, np.cross(left, up)], axis=1)
-        return [rotmat_to_rotvec(matrix)]
+        return [rotmat_to_rotvec(np.stack([left, up, np.cross(left, up)], axis=1))]
     widths = []
     for joint in ("shoulder", "hip", "ear"):
-        pair = [names[f"left_{joint}"], names[f"right_{joint}"]]
+        pair = [LANDMARK_INDEX[f"left_{joint}"], LANDMARK_INDEX[f"right_{joint}"]]
         if evidence.confidence[pair].min() > 0.3:
             widths.append(evidence.pixels[pair[0], 0] - evidence.pixels[pair[1], 0])
     facing = sum(widths) >= 0 if widths else True

@@ -1,12 +1,13 @@
-"""The surface term of the fit (Eq. 17), both ways, and the joints inside of the surface (Eq. 16)."""
+"""A surface as evidence for a body: its samples, their matches on the body (Eq. 17), the joints inside of it (Eq. 16)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from a2v.body.evidence import Evidence
 from a2v.body.landmarks import BLAZEPOSE
 from a2v.geometry.rays import ray_scene
 from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
@@ -14,16 +15,13 @@ from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
 if TYPE_CHECKING:
     import torch
 
-    from a2v.body.anny import AnnyModel
-    from a2v.body.objective import Evidence
-
 # Landmarks inside of the flesh: their depth is the middle of the limb that the ray passes.
 _INSIDE = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle"))
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class SurfaceSamples:
-    """Samples of a surface and their current matches on the body.
+    """Samples of a surface.
 
     Attributes
     ----------
@@ -37,8 +35,6 @@ class SurfaceSamples:
     normals: FloatArray
     targets: FloatArray
     target_weights: FloatArray
-    vertex_ids: torch.Tensor = field(init=False)
-    matched: bool = False
 
     @classmethod
     def build(cls, surface: Surface, camera: OrthographicCamera, evidence: Evidence, *, seed: int = 0, count: int = 1500) -> SurfaceSamples:
@@ -57,56 +53,53 @@ class SurfaceSamples:
             target_weights=weights,
         )
 
-    def match(self, vertices: FloatArray, model: AnnyModel) -> None:
-        """Nearest neighbours both ways, with agreeing normals."""
-        import torch
-        from scipy.spatial import cKDTree
-
-        normals = vertex_normals(vertices, model.faces)
-        rng = np.random.default_rng(0)
-        outer = np.flatnonzero(np.linalg.norm(normals, axis=1) > 0)
-        # Direction counts: the front of an arm must not match the chest behind it.
-        reach = 0.05
-        body = cKDTree(np.concatenate([vertices[outer], reach * normals[outer]], axis=1))
-        _, nearest = body.query(np.concatenate([self.points, reach * self.normals], axis=1))
-        to_body = outer[nearest]
-        some = rng.choice(outer, size=min(len(outer), len(self.points)), replace=False)
-        samples = cKDTree(np.concatenate([self.points, reach * self.normals], axis=1))
-        _, back = samples.query(np.concatenate([vertices[some], reach * normals[some]], axis=1))
-        ids = np.concatenate([to_body, some])
-        points = np.concatenate([self.points, self.points[back]])
-        outward = np.concatenate([self.normals, self.normals[back]])
-        agree = (normals[ids] * outward).sum(axis=1) > 0.2
-        close = np.linalg.norm(vertices[ids] - points, axis=1) < 0.25
-        good = agree & close
-        self.vertex_ids = torch.from_numpy(ids[good])
-        self._goal = torch.from_numpy(points[good])
-        self._goal_normal = torch.from_numpy(outward[good])
-        self.matched = bool(good.sum() > 20)
-
-    def distance(self, vertices: torch.Tensor, robust: float) -> torch.Tensor:
-        """Robust mean distance of the matched vertices (n, 3), as 200 measurements of 1 cm."""
-        from a2v.body.objective import geman_mcclure
-
-        gap = vertices - self._goal
-        across = (gap * self._goal_normal).sum(-1).square()
-        # Along the surface a match may slide.
-        square = across + 0.1 * (gap.square().sum(-1) - across)
-        return 200.0 * geman_mcclure(square, robust).mean() / 0.01**2
-
-    def joints(self, landmarks: torch.Tensor) -> torch.Tensor:
-        """Eq. 16 in depth: the robust distance of the landmarks (33, 3) to the joints inside of the surface."""
-        import torch
-
-        from a2v.body.objective import geman_mcclure
-
-        square = (landmarks[:, 2] - torch.from_numpy(self.targets[:, 2])).square()
-        return (torch.from_numpy(self.target_weights) * geman_mcclure(square, 0.1)).sum() / 0.03**2
-
     def mean_distance(self, vertices: FloatArray, faces: IntArray) -> float:
         """Mean distance in metres from the samples to the body's surface."""
         scene, tensor = ray_scene(vertices, faces)
         return float(scene.compute_distance(tensor(self.points.astype(np.float32)), nthreads=1).numpy().mean())
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMatches:
+    """Vertices of the body and the samples of the surface that belong to them.
+
+    Attributes
+    ----------
+    vertex_ids : (n,) int64
+    points, normals : (n, 3) float64
+        Of the surface.
+    """
+
+    vertex_ids: torch.Tensor
+    points: torch.Tensor
+    normals: torch.Tensor
+
+
+def match_surface(samples: SurfaceSamples, vertices: FloatArray, faces: IntArray) -> SurfaceMatches | None:
+    """Nearest neighbours of a surface and a body (V, 3) both ways, with agreeing normals; None where hardly any agree."""
+    import torch
+    from scipy.spatial import cKDTree
+
+    normals = vertex_normals(vertices, faces)
+    rng = np.random.default_rng(0)
+    outer = np.flatnonzero(np.linalg.norm(normals, axis=1) > 0)
+    # Direction counts: the front of an arm must not match the chest behind it.
+    reach = 0.05
+    body = cKDTree(np.concatenate([vertices[outer], reach * normals[outer]], axis=1))
+    _, nearest = body.query(np.concatenate([samples.points, reach * samples.normals], axis=1))
+    to_body = outer[nearest]
+    some = rng.choice(outer, size=min(len(outer), len(samples.points)), replace=False)
+    tree = cKDTree(np.concatenate([samples.points, reach * samples.normals], axis=1))
+    _, back = tree.query(np.concatenate([vertices[some], reach * normals[some]], axis=1))
+    ids = np.concatenate([to_body, some])
+    points = np.concatenate([samples.points, samples.points[back]])
+    outward = np.concatenate([samples.normals, samples.normals[back]])
+    agree = (normals[ids] * outward).sum(axis=1) > 0.2
+    close = np.linalg.norm(vertices[ids] - points, axis=1) < 0.25
+    good = agree & close
+    if good.sum() <= 20:
+        return None
+    return SurfaceMatches(torch.from_numpy(ids[good]), points=torch.from_numpy(points[good]), normals=torch.from_numpy(outward[good]))
 
 
 def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:

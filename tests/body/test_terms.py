@@ -11,10 +11,12 @@ from scipy.stats import multivariate_normal
 
 from a2v.body import load_body_model, make_body
 from a2v.body.collision import LimbBalls
-from a2v.body.objective import geman_mcclure
+from a2v.body.evidence import LIMBS_BY_HEIGHT
+from a2v.body.landmarks import LANDMARK_INDEX
 from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import mask_field, rasterize, rim_vertices, silhouette_iou
+from a2v.body.terms import geman_mcclure
 from a2v.errors import InputError
 from a2v.io import write_npz
 from a2v.types import OrthographicCamera
@@ -179,3 +181,13 @@ def test_the_penalty_levels_off() -> None:
     assert value[0] == 0
     assert value[1] == pytest.approx(1e-6, rel=1e-4)
     assert value[2] == pytest.approx(0.25, rel=1e-4)
+
+
+def test_the_limbs_are_as_long_as_the_default_bodys() -> None:
+    model = load_body_model()
+    body = make_body(model)
+    state = model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
+    points = model.landmarks(state).numpy()
+    for (first, last), ratio in LIMBS_BY_HEIGHT.items():
+        length = np.linalg.norm(points[LANDMARK_INDEX[f"left_{first}"]] - points[LANDMARK_INDEX[f"left_{last}"]])
+        assert length / np.ptp(body.vertices[:, 1]) == pytest.approx(ratio, abs=0.012)

@@ -1,0 +1,187 @@
+"""What a photo says about a body: keypoints, depths along the limbs, the mask, and which legs stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.landmarks import BLAZEPOSE, LANDMARK_INDEX
+from a2v.body.settings import FitSettings
+from a2v.body.silhouette import MaskField, mask_field
+from a2v.errors import InputError
+from a2v.kinematics import best_scale
+from a2v.types import BoolArray, FloatArray, IntArray, Subject
+
+# How far to trust each landmark, chosen by hand: the face and the hands have many, and where they lie on a body is less certain.
+_TRUST = {
+    **dict.fromkeys(BLAZEPOSE, 0.4),
+    "nose": 0.7,
+    **{
+        f"{side}_{joint}": value
+        for side in ("left", "right")
+        for joint, value in {
+            "ear": 0.7, "shoulder": 1.0, "elbow": 1.0, "wrist": 1.0, "pinky": 0.3, "index": 0.3, "thumb": 0.2, "hip": 0.7, "knee": 1.0,
+            "ankle": 1.0, "heel": 0.5, "foot_index": 0.6,
+        }.items()
+    },
+}  # fmt: skip
+
+LIMBS_BY_HEIGHT = {
+    ("hip", "knee"): 0.23, ("knee", "ankle"): 0.24, ("shoulder", "hip"): 0.28, ("shoulder", "elbow"): 0.16, ("elbow", "wrist"): 0.14,
+}  # fmt: skip
+"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth (tests/body/test_terms.py compares)."""
+
+# Limbs along which the detector's depth is compared.
+_SEGMENTS = [
+    *((f"{side}_{first}", f"{side}_{last}") for side in ("left", "right") for first, last in (
+        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
+    )),
+    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"),
+    ("left_ear", "nose"), ("right_ear", "nose"),
+]  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What the photo says.
+
+    Attributes
+    ----------
+    pixels : (33, 2), confidence : (33,)
+    depth : (n,)
+        Depth differences along `segments`, in pixels of the photo (detector's metres times its scale).
+    segments : (n, 2) int
+    depth_confidence : (n,)
+    points : (33, 3) or None
+        The detector's 3D keypoints, metres; NaN where unknown.
+    points_scale : float
+        Pixels per metre of `points`.
+    height : float
+        Rough standing height of the person, pixels.
+    straight : tuple of bool
+        Whether the left and the right leg look straight.
+    standing : tuple of bool
+        Whether they also look upright, as a leg that carries weight.
+    mask : MaskField or None
+    """
+
+    pixels: FloatArray
+    confidence: FloatArray
+    depth: FloatArray
+    segments: IntArray
+    depth_confidence: FloatArray
+    points: FloatArray | None
+    points_scale: float
+    height: float
+    straight: tuple[bool, bool]
+    standing: tuple[bool, bool]
+    mask: MaskField | None
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether any 3D keypoints are known."""
+        return self.points is not None
+
+    @property
+    def weights(self) -> FloatArray:
+        """How much each landmark counts (33,): its confidence, and how well it is defined on a body."""
+        weights: FloatArray = self.confidence * [_TRUST[name] for name in BLAZEPOSE]
+        return weights
+
+    @property
+    def mask_known(self) -> BoolArray:
+        """Pixels (h, w) of the working raster that the photo covers."""
+        assert self.mask is not None
+        height, width = self.mask.inside.shape
+        u, v = np.meshgrid((np.arange(width) + 0.5) * self.mask.step, (np.arange(height) + 0.5) * self.mask.step)
+        left, top, right, bottom = self.mask.known
+        inside: BoolArray = (u > left) & (u < right) & (v > top) & (v < bottom)
+        return inside
+
+    @classmethod
+    def build(cls, *, pixels: FloatArray, confidence: FloatArray, points: FloatArray, mask: MaskField | None) -> Evidence:
+        """From keypoints (33, 2) with confidence (33,), 3D keypoints (33, 3) and the mask."""
+        known = np.isfinite(points).all(axis=1) & (confidence > 0.2)
+        scale = 0.0
+        if known.sum() >= 8:
+            weight = np.where(known, confidence, 0.0)
+            flat = np.where(known[:, None], points[:, :2] * [1.0, -1.0], 0.0)
+            scale = best_scale(flat, pixels, weight)
+        usable = scale > 1.0
+        segments = np.array([[LANDMARK_INDEX[first], LANDMARK_INDEX[last]] for first, last in _SEGMENTS])
+        difference = points[segments[:, 1], 2] - points[segments[:, 0], 2]
+        depth_known = known[segments].all(axis=1) & usable
+        height = 1.7 * scale if usable else _height_without_depth(pixels, confidence)
+        legs = [_leg(side, pixels, confidence, points if usable else None) for side in ("left", "right")]
+        return cls(
+            pixels=pixels,
+            confidence=confidence,
+            depth=np.where(depth_known, difference, 0.0) * scale,
+            segments=segments,
+            depth_confidence=np.where(depth_known, confidence[segments].min(axis=1), 0.0),
+            points=points if usable else None,
+            points_scale=scale,
+            height=height,
+            straight=(legs[0][0], legs[1][0]),
+            standing=(legs[0][1], legs[1][1]),
+            mask=mask,
+        )
+
+
+def _height_without_depth(pixels: FloatArray, confidence: FloatArray) -> float:
+    """Standing height, pixels, from the longest limbs seen (a projection can only shorten them)."""
+    estimates = []
+    for (first, last), ratio in LIMBS_BY_HEIGHT.items():
+        for side in ("left", "right"):
+            a, b = LANDMARK_INDEX[f"{side}_{first}"], LANDMARK_INDEX[f"{side}_{last}"]
+            if min(confidence[a], confidence[b]) > 0.3:
+                estimates.append(np.linalg.norm(pixels[a] - pixels[b]) / ratio)
+    if len(estimates) >= 2:
+        return float(np.percentile(estimates, 75))
+    return float(1.1 * np.ptp(pixels[confidence > 0.3, 1]) + 1.0)
+
+
+def _leg(side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None) -> tuple[bool, bool]:
+    """Whether a leg looks straight, and upright too, by keypoints (33, 2) and, if they are usable, 3D keypoints (33, 3).
+
+    The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
+    """
+    hip, knee, ankle, shoulder = (LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder"))
+    if min(confidence[[hip, knee, ankle]]) < 0.3:
+        return False, False
+
+    def bend(positions: FloatArray) -> float:
+        upper, lower = positions[knee] - positions[hip], positions[ankle] - positions[knee]
+        cosine = upper @ lower / max(np.linalg.norm(upper) * np.linalg.norm(lower), 1e-9)
+        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+    leg = pixels[ankle] - pixels[hip]
+    straight = bend(pixels) < 15.0
+    if points is not None and np.isfinite(points[[hip, knee, ankle]]).all():
+        straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
+    if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
+        straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
+    upright = abs(leg[0]) < 0.3 * leg[1]
+    return bool(straight), bool(straight and upright)
+
+
+def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
+    """Turn a subject into numbers that the objective compares with.
+
+    Raises
+    ------
+    InputError
+        Too few confident keypoints.
+    """
+    confidence = np.clip(np.nan_to_num(subject.keypoints[:, 2]), 0, 1).astype(np.float64)
+    pixels = np.nan_to_num(subject.keypoints[:, :2]).astype(np.float64)
+    body = np.array([name.split("_", 1)[-1] in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "ear") for name in BLAZEPOSE])
+    if (confidence[body] > 0.3).sum() < 4:
+        found = int((confidence[body] > 0.3).sum())
+        raise InputError(f"only {found} keypoints of the body are certain; at least 4 are needed to fit a body: use a clearer photo")
+    left, top, _, _ = subject.crop
+    width, height = subject.photo_size
+    known = (float(-left), float(-top), float(width - left), float(height - top))
+    field = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
+    return Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)

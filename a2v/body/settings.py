@@ -1,0 +1,93 @@
+"""Settings of the fit of a body."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitSettings:
+    """How `fit_body` weighs its evidence. Lengths called *relative* are fractions of the person's height.
+
+    The defaults were chosen by hand; ``python -m benchmarks.fit`` and ``tests/body/test_photos.py`` measure what they do.
+
+    Attributes
+    ----------
+    model : str
+        "anny", or the ``.npz`` file of an SMPL, SMPL-H or SMPL-X model: the fit itself always runs on Anny and is then carried over.
+    keypoint_sigma : float
+        Expected error of a keypoint, relative.
+    keypoint_robust : float
+        Scale of the Geman-McClure penalty of keypoints, relative: errors far larger count as outliers.
+    depth_weight : float
+        Weight of the detector's 3D keypoints, used for the depth along each limb only.
+    depth_sigma : float
+        Expected error of that depth, relative.
+    silhouette_weight : float
+        Weight of the silhouette; 0 leaves it out.
+    silhouette_sigma, silhouette_robust : float
+        Expected error and Geman-McClure scale of the silhouette, relative.
+    silhouette_size : int
+        Longer side of the raster on which silhouettes are compared, pixels.
+    height, height_sigma : float
+        The person's standing height and its uncertainty, metres: one photo does not show it.
+    pose_weight, shape_weight : float
+        Weights of the priors on pose (with the photo alone) and shape.
+    feet_weight : float
+        Weight of flat feet and straight legs for people who stand.
+    collision_weight : float
+        Weight of limbs that cut into the torso or each other.
+    surface_weight : float
+        Weight of the surface term (Eq. 17), both ways.
+    surface_robust : float
+        Geman-McClure scale of the surface distance, metres.
+    joints_weight : float
+        λ_j of Eq. 15.
+    prior_weight : float
+        λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
+    rounds : int
+        Rounds with the silhouette or the surface; the correspondences are renewed at every one.
+    steps : int
+        L-BFGS iterations a round.
+    tolerance : float
+        Stop early when a round lowers the objective by less than this fraction.
+    seed : int
+        Chooses the sampled vertices.
+    """
+
+    model: str = "anny"
+    keypoint_sigma: float = 0.012
+    keypoint_robust: float = 0.05
+    depth_weight: float = 6.0
+    depth_sigma: float = 0.04
+    silhouette_weight: float = 1.0
+    silhouette_sigma: float = 0.012
+    silhouette_robust: float = 0.04
+    silhouette_size: int = 256
+    height: float = 1.7
+    height_sigma: float = 0.04
+    pose_weight: float = 1.0
+    shape_weight: float = 1.0
+    feet_weight: float = 1.0
+    collision_weight: float = 1.0
+    surface_weight: float = 1.0
+    surface_robust: float = 0.05
+    joints_weight: float = 2.0
+    prior_weight: float = 0.2
+    rounds: int = 12
+    steps: int = 15
+    tolerance: float = 2e-3
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
+                raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
+        if self.rounds < 0 or self.steps < 1 or not 32 <= self.silhouette_size <= 2048:
+            raise InputError("FitSettings needs rounds >= 0, steps >= 1 and silhouette_size from 32 to 2048")

@@ -1,0 +1,132 @@
+"""The terms of a fit, each in units of squared standard deviations, so that the weights are plain numbers.
+
+Tolerances and scales here were chosen by hand, so that the fits of the photos of ``tests/body/test_photos.py`` and of
+``python -m benchmarks.fit`` come out well; none was fitted to data. `FitSettings` holds those that a user may change.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from a2v.body.collision import LimbBalls
+from a2v.body.evidence import Evidence
+from a2v.body.landmarks import LANDMARK_INDEX
+from a2v.body.pose_prior import PosePrior
+from a2v.body.pose_space import PoseSpace
+from a2v.body.silhouette import MaskField, RimMatches
+from a2v.body.skinning import BodyState
+from a2v.body.surface_term import SurfaceMatches
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+def geman_mcclure(square: Tensor, scale: float) -> Tensor:
+    """ρ of Eq. 16 (Geman and McClure 1987) of squared residuals: like the square below `scale`, level above."""
+    return scale**2 * square / (scale**2 + square)
+
+
+def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
+    """Eq. 16: weighted sum of ρ over squared errors (n,).
+
+    Of projected landmarks and of depths along limbs the errors are relative to the person's height.
+    """
+    return (weights * geman_mcclure(square, scale)).sum()
+
+
+def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
+    """The detector's skeleton `points` (33, 3), on our scale, moved onto the landmarks (33, 3): metres, within 5 cm."""
+    difference = landmarks - points
+    center = (weights[:, None] * difference).sum(0) / weights.sum()
+    square = (difference - center).square().sum(-1)
+    return robust_sum(square, weights=weights, scale=0.2) / 0.05**2
+
+
+def strays(square: Tensor, *, weights: Tensor) -> Tensor:
+    """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of the height, within 0.3 %.
+
+    `square` (33,) are the squared errors of the projected landmarks, relative to the person's height.
+    """
+    over = (square.clamp_min(1e-12).sqrt() - 0.022).clamp_min(0.0)
+    return robust_sum(over.square(), weights=weights.sqrt(), scale=0.03) / 0.003**2
+
+
+def everyday_pose(angles: Tensor, *, natural: Tensor, spread: Tensor) -> Tensor:
+    """Gaussian around everyday standing poses, for a photo alone."""
+    return ((angles - natural) / spread).square().sum()
+
+
+def likely_pose(angles: Tensor, prior: PosePrior) -> Tensor:
+    """Eq. 18: the negative logarithm of the likelihood; zero at the likeliest pose. Twice that is a squared standard deviation."""
+    return prior.best - prior.log_likelihood(angles)
+
+
+def outside(values: Tensor, bounds: Tensor, *, tolerance: float) -> Tensor:
+    """How far values (n,) pass their bounds (n, 2)."""
+    low, high = bounds.unbind(-1)
+    beyond = (low - values).clamp(min=0) + (values - high).clamp(min=0)
+    return (beyond / tolerance).square().sum()
+
+
+def build_of_body(shape: Tensor, *, mean: Tensor, spread: Tensor, state: BodyState, height: float, height_sigma: float) -> Tensor:
+    """Gaussian around an everyday shape (S,) and standing height: vertices 0 and 1 of `state` are crown and sole."""
+    crown, sole = state.rest_vertices[0], state.rest_vertices[1]
+    tall = ((crown[1] - sole[1] - height) / height_sigma).square()
+    return ((shape - mean) / spread).square().sum() + tall
+
+
+def collision(balls: LimbBalls, state: BodyState) -> Tensor:
+    """Limbs keep out of the trunk and of each other, within 1 cm."""
+    return (balls.penetration(state) / 0.01).square().sum()
+
+
+def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:
+    """Straight legs stay straight and upright in depth, and feet that stand are nearly level."""
+    total = 0.0 * angles.sum()
+    if all(evidence.standing):  # the trunk rests on the legs
+        middle = {
+            joint: (landmarks[LANDMARK_INDEX[f"left_{joint}"]] + landmarks[LANDMARK_INDEX[f"right_{joint}"]]) / 2
+            for joint in ("hip", "shoulder")
+        }
+        total = total + ((middle["shoulder"][2] - middle["hip"][2] + 0.01) / 0.03).square()
+    for side, straight, standing in zip(("left", "right"), evidence.straight, evidence.standing, strict=True):
+        point = {name: landmarks[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("hip", "ankle", "heel", "foot_index")}
+        if straight:
+            total = total + (angles[space.index(f"{side}_knee_bend")] / 0.08).square()
+        if standing:
+            total = total + ((point["hip"][2] - point["ankle"][2]) / 0.025).square()
+            # A camera at eye level looks down on the feet: they may seem to point down a little.
+            total = total + ((point["heel"][1] - point["foot_index"][1]) / 0.06).square()
+    return total
+
+
+# Neighbouring points say the same thing: the sums count as some ninety independent measurements of an outline, 200 of a surface.
+_OUTLINE, _SURFACE = 90.0, 200.0
+
+
+def skin_in_mask(pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float) -> Tensor:
+    """Vertices, seen at pixels (n, 2), that lie outside of the mask pay their distance, relative to the person's `height` in pixels."""
+    distance = mask.sample(pixels).clamp(min=0) / height
+    return _OUTLINE * geman_mcclure(distance.square(), 2 * robust).mean() / sigma**2
+
+
+def rim_on_contour(pixels: Tensor, rim: RimMatches, *, height: float, robust: float, sigma: float) -> Tensor:
+    """The mask's contour pulls the body's rim, seen at pixels (n, 2); along the contour a match may slide."""
+    gap = (pixels - rim.pixels) / height
+    across = (gap * rim.normals).sum(-1).square()
+    along = gap.square().sum(-1) - across
+    return _OUTLINE * geman_mcclure(across + 0.1 * along, robust).mean() / sigma**2
+
+
+def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float) -> Tensor:
+    """Eq. 17: distance of the matched vertices (n, 3) to the surface, within 1 cm; along the surface a match may slide."""
+    gap = vertices - matches.points
+    across = (gap * matches.normals).sum(-1).square()
+    square = across + 0.1 * (gap.square().sum(-1) - across)
+    return _SURFACE * geman_mcclure(square, robust).mean() / 0.01**2
+
+
+def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Tensor:
+    """Eq. 16 in depth: landmarks (33, 3) to the joints inside of the surface (33, 3), within 3 cm."""
+    square = (landmarks[:, 2] - targets[:, 2]).square()
+    return robust_sum(square, weights=weights, scale=0.1) / 0.03**2

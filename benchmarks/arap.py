@@ -71,7 +71,7 @@ def poses(body: Body, data: Path) -> list[FloatArray]:
     return out
 
 
-def open3d_seconds(character: Character, pose: FloatArray, targets: FloatArray, iterations: int) -> float:
+def open3d_seconds(character: Character, targets: FloatArray, iterations: int) -> float:
     """CPU seconds of one of Open3D's solves with every tenth vertex as a hard constraint."""
     import open3d
 
@@ -129,7 +129,7 @@ def main() -> int:
         rows[name] = [(*distortion(np.asarray(v), surface.vertices, surface.faces), seconds) for v, seconds in posed]
     targets = control_points(character, frames[3])
     count = int(np.median(iterations))
-    theirs = min(open3d_seconds(character, frames[3], targets, count) for _ in range(3))
+    theirs = min(open3d_seconds(character, targets, count) for _ in range(3))
     hard = np.zeros(len(surface.vertices))
     hard[::10] = 1e6
     solver = ArapSolver(surface.vertices, surface.faces.astype(np.int64), hard)

@@ -268,6 +268,7 @@ def _without_heading(rotvec: FloatArray) -> FloatArray:
 
 
 def _unit(vector: FloatArray) -> FloatArray:
+    """A vector (3,) of length 1. The norm of a single vector differs from `a2v.geometry.vectors.unit` in the last bit, which seeds depend on."""
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))
 
 

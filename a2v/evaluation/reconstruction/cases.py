@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from a2v.evaluation.reconstruction.maps import unit
 from a2v.evaluation.reconstruction.settings import SPLIT, BenchmarkSettings
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.geometry.vectors import unit
 from a2v.io import sha256
 from a2v.studio.guide_errors import GuideErrors
 from a2v.studio.settings import StudioSettings
@@ -113,7 +113,7 @@ def open_case(studio: Studio, index: int) -> Case:
         normals=scene.normals,
         outer=scene.solid().outer,
         points=view.surface_points,
-        point_normals=unit(view.surface_normals.astype(np.float32)),
+        point_normals=unit(view.surface_normals.astype(np.float32), least=1e-9),
         facts={"pose": scene.pose, "yaw": round(view.yaw, 1), "sha256": sha256(view.image.tobytes())},
     )
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from a2v.geometry.colors import linear_to_srgb
 from a2v.geometry.rays import RayScene
+from a2v.geometry.vectors import unit
 from a2v.studio.texture import texture_at
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
@@ -77,7 +78,7 @@ def surface_maps(
     depth[seen] = far - side * hits.distance[seen]
     facing = np.zeros((len(seen), 3), np.float32)
     found = hits.interpolate(normals, surface.faces)
-    facing[seen] = unit(found * np.where(side * found[:, 2:] < 0, -1, 1))
+    facing[seen] = unit(found * np.where(side * found[:, 2:] < 0, -1, 1), least=1e-9)
     colors = np.full((len(seen), 3), 0.5, np.float32)
     if surface.texture is None:
         colors[seen] = hits.interpolate(surface.colors, surface.faces)
@@ -97,8 +98,3 @@ def mask_in_photo(subject: Subject) -> FloatArray:
     y, x = slice(max(0, top), min(height, bottom)), slice(max(0, left), min(width, right))
     whole[y, x] = crop[y.start - top : y.stop - top, x.start - left : x.stop - left]
     return whole
-
-
-def unit(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) float32 of length 1; 0 stays 0."""
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9), np.float32)

@@ -15,17 +15,28 @@ from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.names import canonical_joints
 from a2v.types import FloatArray, Motion
 
-_LEAN: dict[str, float] = {"humanact12": 0.8, "cmu": -1.9}
-_BACK: dict[tuple[str, str], tuple[float, float]] = {("humanact12", "spine1"): (1.5, 13.5), ("humanact12", "spine2"): (8.6, 10.3)}
-_NECK: dict[str, float] = {"humanact12": 33.5, "cmu": 12.1}
-_DIP: dict[str, float] = {"humanact12": -39.0, "cmu": -12.0}
-_KNEE: dict[str, float] = {"humanact12": 20.0, "cmu": 24.0}
+_TABLES: dict[str, dict[str, float]] = {
+    "humanact12": {
+        "lean": 0.8,
+        "spine1 below": 1.5,
+        "spine1 above": 13.5,
+        "spine2 below": 8.6,
+        "spine2 above": 10.3,
+        "neck": 33.5,
+        "dip": -39.0,
+        "knee": 20.0,
+    },
+    "cmu": {"lean": -1.9, "neck": 12.1, "dip": -12.0, "knee": 24.0},
+}
+"""How people stand in the data sets, degrees: medians over frames in which they stand still and upright, the spine's over all upright
+frames (`scripts/fit_posture.py` measures them again, within 4 degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above": forward lean from the middle of the hips
+to that joint, and from there to the middle of the shoulders."""
 
 _SOFT_KNEE = 12.0
-"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest pose."""
+"""Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest pose: chosen by eye."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Posture:
     """Directions of a skeleton's bones while its person stands upright and faces +z; angles in degrees.
 
@@ -50,18 +61,24 @@ class Posture:
     knee: float
 
 
-def standing_posture(motion: Motion) -> Posture:
-    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's table.
+def table_of(skeleton: str) -> dict[str, float]:
+    """How people stand in the data set of that skeleton, degrees (see `scripts/fit_posture.py`); empty for others."""
+    return dict(_TABLES.get(skeleton, {}))
 
-    The tables are medians over frames in which people of the data set stand still and upright, HumanAct12 after
-    `a2v.animation.source.upright_rotmat` (CMU: 116 clips, HumanAct12: 138); the foot's dip is the mean of those and of feet at rest in walks.
-    """
+
+def standing_posture(motion: Motion) -> Posture:
+    """Posture of a motion's skeleton: from a BVH file's own rest pose, else from the data set's table."""
     rest = _rest_pose(motion)
     if rest is None:
-        name = motion.skeleton
-        back = {joint: (_forward(low), _forward(high)) for (key, joint), (low, high) in _BACK.items() if key == name}
-        neck = _forward(_NECK[name]) if name in _NECK else None
-        return Posture(_LEAN.get(name), back, neck, _DIP.get(name), _KNEE.get(name, _SOFT_KNEE))
+        table = table_of(motion.skeleton)
+        joints = [key.removesuffix(" below") for key in table if key.endswith(" below")]
+        return Posture(
+            lean=table.get("lean"),
+            back={joint: (_forward(table[f"{joint} below"]), _forward(table[f"{joint} above"])) for joint in joints},
+            neck=_forward(table["neck"]) if "neck" in table else None,
+            dip=table.get("dip"),
+            knee=table.get("knee", _SOFT_KNEE),
+        )
     hips, shoulders = (0.5 * (rest[f"left_{joint}"] + rest[f"right_{joint}"]) for joint in ("hip", "shoulder"))
     dips, knees = [], []
     for side in SIDES:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.perception.depth import put_upright
-from a2v.perception.landmarks import BLAZEPOSE, INDEX, LIMBS
+from a2v.perception.landmarks import INDEX, LIMBS
 from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
 

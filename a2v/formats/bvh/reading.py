@@ -82,7 +82,7 @@ def read_bvh(
     return motion if fps is None else resample_motion(motion, fps)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Tree:
     """The joints that stand apart from their parent: their nodes `keep`, `names`, `parents` among themselves, `canonical` joints,
     the `bearers` (nodes whose rotation the bones that end at them follow) and bones at rest `offsets` (J, 3), the file's units."""
@@ -96,8 +96,15 @@ class _Tree:
 
     def ordered(self, order: Sequence[int], parents: list[int]) -> _Tree:
         """The same joints in another order, with their parents there."""
-        keep, names, bearers = ([values[i] for i in order] for values in (self.keep, self.names, self.bearers))
-        return _Tree(keep, names, parents, canonical_joints(names, parents), bearers, self.offsets[list(order)])
+        names = [self.names[i] for i in order]
+        return _Tree(
+            keep=[self.keep[i] for i in order],
+            names=names,
+            parents=parents,
+            canonical=canonical_joints(names, parents),
+            bearers=[self.bearers[i] for i in order],
+            offsets=self.offsets[list(order)],
+        )
 
 
 def _motion(
@@ -208,7 +215,7 @@ def _merge(file: BvhFile, local: FloatArray) -> _Tree:
     bearers = [max(file.nodes[j].parent, 0) for j in keep]
     offsets = np.median(local[:, keep], axis=0)
     offsets[0] = 0
-    return _Tree(keep, names, parents, canonical_joints(names, parents), bearers, offsets)
+    return _Tree(keep=keep, names=names, parents=parents, canonical=canonical_joints(names, parents), bearers=bearers, offsets=offsets)
 
 
 def _unique(names: list[str]) -> list[str]:

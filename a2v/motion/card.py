@@ -108,7 +108,8 @@ class WindowCard(ModelCard):
     window_frames, context_frames : int
         Frames W of a window, and P of the frames that it may go on from.
     active : tuple of arrays (n,) float64
-        By action: how much of a window each clip of the data moves before it ends, ascending, in (0, 1].
+        By action: how much of a window each clip of the data moves before it ends, ascending, in [0, 1]; empty where the data
+        has no clip.
     """
 
     window_frames: int
@@ -213,14 +214,15 @@ class _Entries:
 
         return tuple(self._checked(name, "a list of different texts", right))
 
-    def numbers(self, name: str, *, low: float, high: float, length: int = 0) -> FloatArray:
-        """A list of numbers (n,) float64 from `low` to `high`: `length` of them, or at least one."""
+    def numbers(self, name: str, *, low: float, high: float, length: int | None = None) -> FloatArray:
+        """A list of numbers (n,) float64 from `low` to `high`, `length` of them if that is given."""
 
         def right(value: Any) -> bool:
-            counted = isinstance(value, list) and (len(value) == length if length else len(value) > 0)
+            counted = isinstance(value, list) and length in (None, len(value))
             return counted and all(_is_number(item) and low <= item <= high for item in value)
 
-        return np.array(self._checked(name, f"{length or 'some'} numbers from {low:g} to {high:g}", right), dtype=np.float64)
+        count = "a list of" if length is None else str(length)
+        return np.array(self._checked(name, f"{count} numbers from {low:g} to {high:g}", right), dtype=np.float64)
 
     def signs(self, name: str) -> tuple[float, float, float]:
         """Three signs, 1 or -1."""

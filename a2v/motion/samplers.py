@@ -77,9 +77,22 @@ class WindowSampler:
     path: Path
     card: WindowCard
 
-    def active_share(self, label: int) -> float:
-        """Share of a window that clips of an action typically move: the 90 % quantile of the data."""
+    def active_shares(self, label: int) -> FloatArray:
+        """How much of a window (n,) the data's clips of an action move.
+
+        Raises
+        ------
+        InputError
+            The data has none.
+        """
         shares = self.card.active[label]
+        if not len(shares):
+            raise InputError(f"{self.path.name} has seen no clip of '{self.card.actions[label]}'; choose another action")
+        return shares
+
+    def active_share(self, label: int) -> float:
+        """Share of a window that clips of an action typically move: the 90 % quantile of `active_shares`."""
+        shares = self.active_shares(label)
         return float(shares[int(0.9 * (len(shares) - 1))])
 
     def run(
@@ -147,7 +160,7 @@ class WindowSampler:
         """
         if frames > self.card.window_frames:
             raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {frames} were asked for")
-        active = np.array([generator.choice(self.card.active[label]) for label in labels])
+        active = np.array([generator.choice(self.active_shares(int(label))) for label in labels])
         noise = normal_noise(generator)((len(labels), self.card.latent_size))
         return self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
 

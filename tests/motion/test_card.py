@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.motion import BUNDLED
+from a2v.motion import BUNDLED, MotionModel
 from a2v.motion.card import STEP_FORMAT, WINDOW_FORMAT, StepCard, WindowCard, parse_card, read_card
 from a2v.sessions import WEIGHTS, read_metadata
 
@@ -109,9 +109,20 @@ def test_absurd_trees_are_refused(said, entry, value):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"active": []}, {"active": [[]] * 8}, {"active": [[0.5, 2.0]] * 8}, {"context_frames": 100}, {"window_frames": 0}],
+    [{"active": []}, {"active": [[0.5, 2.0]] * 8}, {"context_frames": 100}, {"window_frames": 0}],
 )
 def test_absurd_windows_are_refused(changes):
     said = read_metadata(WEIGHTS / BUNDLED["cmu"], (WINDOW_FORMAT,), "motion model")
     with pytest.raises(InputError, match=r"mine\.onnx: .*export the model again"):
         parse_card(said | changes, FILE)
+
+
+def test_an_action_without_clips_cannot_be_asked_for():
+    """All clips of an action may be of held-out people."""
+    path = WEIGHTS / BUNDLED["cmu"]
+    said = read_metadata(path, (WINDOW_FORMAT,), "motion model")
+    model = MotionModel(path, parse_card(said | {"active": [[], *said["active"][1:]]}, path))
+    assert model.sample("Jump", frames=3).frames == 3
+    for ask in (model.sample, model.sample_native):
+        with pytest.raises(InputError, match=r"motion_cmu\.onnx has seen no clip of 'Walk'; choose another action"):
+            ask("Walk", frames=3)

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor, nn
 
 from a2v.datasets import ActionDataset
-from a2v.kinematics import bone_turns
+from a2v.kinematics import bones_to_rotvecs
 from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.windows import ROOT_WEIGHT, window_features
@@ -97,7 +97,7 @@ class WindowGraph(nn.Module):
         lengths = bone_lengths[:, 1:].T[:, None, :, None]
         bones = (directions.reshape(n - 1, 3, -1, self.frames) * lengths).reshape(n - 1, -1)
         joints = (self.path @ bones).reshape(n, 3, -1) + root.flatten(0, 1).T
-        rotvec = bone_turns(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
+        rotvec = bones_to_rotvecs(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
         made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, rotvec))
         return tuple(made)  # type: ignore[return-value]
 

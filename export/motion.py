@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.kinematics import inverse_kinematics
-from a2v.kinematics.gradient import Turns, bone_ends, chain_frames, joint_positions
+from a2v.kinematics.gradient import Exponentials, bone_ends, chain_frames, joint_positions
 from a2v.motion.card import STATE_NAMES, STEP_FORMAT
 from a2v.motion.fused import (
     generator_entry,
@@ -88,7 +88,7 @@ class StepGraph(nn.Module):
         if decoder.lie_output is None:
             return outputs.reshape(-1, n, 3), prior, low, high, trajectory
         half_turns, rest = torch.tanh(outputs[:, : 3 * n - 3]), outputs[:, 3 * n - 3 :]
-        frames = chain_frames(Turns.of((torch.pi * half_turns).T.reshape(n - 1, 3, -1)), decoder.plan)
+        frames = chain_frames(Exponentials.of((torch.pi * half_turns).T.reshape(n - 1, 3, -1)), decoder.plan)
         local = joint_positions(bone_ends(frames, lengths, decoder.plan), decoder.plan).flatten(0, 1).T
         root = rest
         if decoder.velocity_net is not None:

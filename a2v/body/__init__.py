@@ -6,7 +6,7 @@ Everything heavy (torch, anny) is imported when first used.
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
 from a2v.body.fit import FitResult, fit_body
-from a2v.body.landmarks import BLAZEPOSE, JOINT_BONES
+from a2v.body.landmarks import JOINT_BONES
 from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
 from a2v.body.registry import MODELS, load_body_model
 from a2v.body.settings import FitSettings
@@ -14,7 +14,6 @@ from a2v.body.skinning import BodyModel, BodyState, make_body
 from a2v.body.smpl import SmplModel
 
 __all__ = [
-    "BLAZEPOSE",
     "JOINT_BONES",
     "MODELS",
     "PARTS",

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.landmarks import BLAZEPOSE, LANDMARK_INDEX
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import MaskField, mask_field
 from a2v.errors import InputError
 from a2v.kinematics import best_scale
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 # How far to trust each landmark, chosen by hand: the face and the hands have many, and where they lie on a body is less certain.

@@ -12,7 +12,6 @@ import numpy as np
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
 from a2v.body.evidence import Evidence, gather_evidence
-from a2v.body.landmarks import BLAZEPOSE
 from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
@@ -23,6 +22,7 @@ from a2v.body.start import candidates
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Progress, Subject, Surface
 
 

@@ -8,28 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.geometry.mesh import piece_of_faces
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-BLAZEPOSE: tuple[str, ...] = (
-    "nose",
-    *(f"{side}_eye{part}" for side in ("left", "right") for part in ("_inner", "", "_outer")),
-    "left_ear",
-    "right_ear",
-    "mouth_left",
-    "mouth_right",
-    *(
-        f"{side}_{joint}"
-        for joint in ("shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel", "foot_index")
-        for side in ("left", "right")
-    ),
-)
-"""Names of the landmarks in mediapipe's order (left and right are the person's)."""
-
-LANDMARK_INDEX: dict[str, int] = {name: index for index, name in enumerate(BLAZEPOSE)}
-"""Place of each landmark in `BLAZEPOSE`."""
 
 JOINT_BONES: dict[str, str] = {
     "hips": "root",

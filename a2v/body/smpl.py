@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from a2v.body.landmarks import BLAZEPOSE
 from a2v.body.parts import PARTS, parts_of_bones
 from a2v.body.skinning import BodyModel, BodyState, BoneTree, blend_skin, keep_recent
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.types import FloatArray, IntArray
 

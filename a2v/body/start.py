@@ -6,9 +6,9 @@ import numpy as np
 
 from a2v.body.anny import AnnyModel
 from a2v.body.evidence import Evidence
-from a2v.body.landmarks import LANDMARK_INDEX
 from a2v.body.pose_space import pose_space
 from a2v.body.unknowns import Unknowns
+from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotmat_to_rotvec
 from a2v.types import FloatArray, OrthographicCamera
 

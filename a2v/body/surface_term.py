@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.body.evidence import Evidence
-from a2v.body.landmarks import BLAZEPOSE
 from a2v.geometry.rays import ray_scene
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from a2v.body.collision import LimbBalls
 from a2v.body.evidence import Evidence
-from a2v.body.landmarks import LANDMARK_INDEX
 from a2v.body.pose_prior import PosePrior
 from a2v.body.pose_space import PoseSpace
 from a2v.body.silhouette import MaskField, RimMatches
 from a2v.body.skinning import BodyState
 from a2v.body.surface_term import SurfaceMatches
+from a2v.kinematics.names import LANDMARK_INDEX
 
 if TYPE_CHECKING:
     from torch import Tensor

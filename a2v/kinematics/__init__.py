@@ -13,7 +13,7 @@ from a2v.kinematics.so3 import (
     slerp,
     swing_between,
 )
-from a2v.kinematics.transforms import best_scale, bone_lengths, bone_turns, bone_vectors, forward_kinematics, inverse_kinematics
+from a2v.kinematics.transforms import best_scale, bone_lengths, bone_vectors, bones_to_rotvecs, forward_kinematics, inverse_kinematics
 
 __all__ = [
     "CMU",
@@ -23,8 +23,8 @@ __all__ = [
     "Skeleton",
     "best_scale",
     "bone_lengths",
-    "bone_turns",
     "bone_vectors",
+    "bones_to_rotvecs",
     "forward_kinematics",
     "hat",
     "inverse_kinematics",

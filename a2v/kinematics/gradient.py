@@ -1,6 +1,6 @@
 """Forward kinematics of many poses at once with its gradient written out (torch), for training.
 
-Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: turning the bone before joint j by
+Autograd would keep some hundred arrays of 3x3 matrices; the gradient needs two: rotating the bone before joint j by
 a small angle about an axis moves every later bone b of its chain by axis x b, so the derivative by that angle is the
 sum of b x (gradient by b), the torque.
 
@@ -60,7 +60,7 @@ class ChainPlan(NamedTuple):
         return cls(torch.tensor(joints), tuple(levels), rest, path, torch.tensor(along, dtype=dtype))
 
 
-class Turns(NamedTuple):
+class Exponentials(NamedTuple):
     """Rotation vectors with the coefficients of their exponential: sin(a)/a and (1 - cos(a))/a^2, each (..., N)."""
 
     rotvec: Tensor
@@ -69,7 +69,7 @@ class Turns(NamedTuple):
     cosc: Tensor
 
     @classmethod
-    def of(cls, rotvec: Tensor) -> Turns:
+    def of(cls, rotvec: Tensor) -> Exponentials:
         """Coefficients of rotation vectors (..., 3, N), radians."""
         square = (rotvec * rotvec).sum(-2)
         angle = square.clamp_min(1e-24).sqrt()
@@ -96,9 +96,9 @@ class Turns(NamedTuple):
         return self.matrices(-self.cosc, torch.where(s < 0.25, series, (1 - self.sinc) / s.clamp_min(0.25)))
 
 
-def chain_frames(turns: Turns, plan: ChainPlan) -> Tensor:
-    """Orientations (n, 3, 3, N) of bones whose turns are relative to the bone before (n, 3, N)."""
-    local = turns.rotmats()
+def chain_frames(exponentials: Exponentials, plan: ChainPlan) -> Tensor:
+    """Orientations (n, 3, 3, N) of bones, from rotation vectors (n, 3, N) relative to the bone before."""
+    local = exponentials.rotmats()
     frames = [local[plan.levels[0]]]
     for here in plan.levels[1:]:
         frames.append(compose_rows(frames[-1][: here.stop - here.start], local[here]))
@@ -129,7 +129,7 @@ def cross_matrices(bones: Tensor) -> Tensor:
     return result
 
 
-def turn_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan) -> Tensor:
+def rotvec_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan) -> Tensor:
     """Gradient (n, 3, N) by the rotation vectors.
 
     Parameters
@@ -139,7 +139,7 @@ def turn_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan
     crosses : (n, 3, 3, N)
         `cross_matrices` of the bone vectors.
     axes : (n, 3, 3, N)
-        `turn_axes`: column c is the axis about which component c of a rotation vector turns its bone.
+        `rotvec_axes`: column c is the axis about which component c of a rotation vector rotates its bone.
     plan : ChainPlan
     """
     torques = (crosses * bones[:, None]).sum(2)
@@ -147,16 +147,16 @@ def turn_gradients(bones: Tensor, crosses: Tensor, axes: Tensor, plan: ChainPlan
     return (axes * torques[:, :, None]).sum(1)
 
 
-def turn_axes(turns: Turns, frames: Tensor) -> Tensor:
-    """Axes (n, 3, 3, N) about which the components of the rotation vectors turn their bones."""
-    return compose_rows(frames, turns.right_jacobians())
+def rotvec_axes(exponentials: Exponentials, frames: Tensor) -> Tensor:
+    """Axes (n, 3, 3, N) about which the components of the rotation vectors rotate their bones."""
+    return compose_rows(frames, exponentials.right_jacobians())
 
 
 class _Kinematics(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:
-        turns, frames, bones, joints = _pose(rotvec, lengths, plan)
-        ctx.save_for_backward(*turns, frames, bones)
+        exponentials, frames, bones, joints = _pose(rotvec, lengths, plan)
+        ctx.save_for_backward(*exponentials, frames, bones)
         ctx.plan = plan
         return joints
 
@@ -165,18 +165,18 @@ class _Kinematics(torch.autograd.Function):
         *parts, frames, bones = ctx.saved_tensors
         plan: ChainPlan = ctx.plan
         pulled = bone_gradients(joints.permute(1, 2, 0).contiguous(), plan)
-        inner = turn_gradients(pulled, cross_matrices(bones), turn_axes(Turns(*parts), frames), plan)
+        inner = rotvec_gradients(pulled, cross_matrices(bones), rotvec_axes(Exponentials(*parts), frames), plan)
         result = joints.new_zeros(len(plan.path), 3, joints.shape[0])
         result[plan.joints] = inner
         return result.permute(2, 0, 1), None, None
 
 
-def _pose(rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> tuple[Turns, Tensor, Tensor, Tensor]:
-    """Turns, frames and bones of rotation vectors (N, J, 3) and lengths (N, J), and the joints (N, J, 3)."""
-    turns = Turns.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
-    frames = chain_frames(turns, plan)
+def _pose(rotvec: Tensor, lengths: Tensor, plan: ChainPlan) -> tuple[Exponentials, Tensor, Tensor, Tensor]:
+    """Exponentials, frames and bones of rotation vectors (N, J, 3) and lengths (N, J), and the joints (N, J, 3)."""
+    exponentials = Exponentials.of(rotvec.permute(1, 2, 0)[plan.joints].contiguous())
+    frames = chain_frames(exponentials, plan)
     bones = bone_ends(frames, lengths.T[plan.joints], plan)
-    return turns, frames, bones, joint_positions(bones, plan).permute(2, 0, 1).contiguous()
+    return exponentials, frames, bones, joint_positions(bones, plan).permute(2, 0, 1).contiguous()
 
 
 def local_kinematics(rotations: Tensor, lengths: Tensor, plan: ChainPlan) -> Tensor:

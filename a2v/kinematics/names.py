@@ -47,6 +47,9 @@ BLAZEPOSE: tuple[str, ...] = (
 )
 """The 33 landmarks of a photo's person in mediapipe's order; left and right are the person's own."""
 
+LANDMARK_INDEX: dict[str, int] = {name: index for index, name in enumerate(BLAZEPOSE)}
+"""Row of each landmark."""
+
 REQUIRED: tuple[str, ...] = (
     "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",

@@ -50,7 +50,7 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
     Parameters
     ----------
     rotations : (..., J, 3) float
-        Rotation vectors; entry j turns the bone that ends at joint j relative to the previous bone of its chain;
+        Rotation vectors; entry j rotates the bone that ends at joint j relative to the previous bone of its chain;
         chains start from the identity (the published convention). Entry 0 is not used.
     root : (..., 3) float
         Position of joint 0.
@@ -67,13 +67,13 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
     local = rotvec_to_rotmat(rotations)
     rest = constant(skeleton.rest_directions, rotations)
     vectors: dict[int, Array] = {0: xp.zeros_like(rotations[..., 0, :])}
-    turned: Array | None = None
+    oriented: Array | None = None
     position: dict[int, int] = {}
     for joints, previous in skeleton.levels:
         here = local[..., list(joints), :, :]
-        if turned is not None:
-            here = compose(turned[..., [position[p] for p in previous], :, :], here)
-        turned, position = here, {joint: i for i, joint in enumerate(joints)}
+        if oriented is not None:
+            here = compose(oriented[..., [position[p] for p in previous], :, :], here)
+        oriented, position = here, {joint: i for i, joint in enumerate(joints)}
         ends = (here * rest[list(joints)][:, None, :]).sum(-1)
         for i, joint in enumerate(joints):
             vectors[joint] = ends[..., i, :]
@@ -86,16 +86,16 @@ def forward_kinematics(rotations: Array, root: Array, lengths: Array, skeleton: 
 def inverse_kinematics(joints: Array, skeleton: Skeleton) -> Array:
     """Rotation vectors (..., J, 3) whose forward kinematics give `joints` (..., J, 3) with their bone lengths.
 
-    Each bone takes the smallest turn from the previous one (joint positions leave the twist about a bone open).
-    A bone of zero length gets no turn.
+    Each bone takes the smallest rotation from the previous one (joint positions leave the twist about a bone open).
+    A bone of zero length gets none.
     """
     bones = bone_vectors(joints, skeleton).reshape(-1, 3 * skeleton.n_joints).T
-    turns = bone_turns(bones.reshape(skeleton.n_joints, 3, -1), skeleton)
-    rotations: Array = turns.reshape(3 * skeleton.n_joints, -1).T.reshape(joints.shape)
+    rotvecs = bones_to_rotvecs(bones.reshape(skeleton.n_joints, 3, -1), skeleton)
+    rotations: Array = rotvecs.reshape(3 * skeleton.n_joints, -1).T.reshape(joints.shape)
     return rotations
 
 
-def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
+def bones_to_rotvecs(bones: Array, skeleton: Skeleton) -> Array:
     """The rotation vectors of `inverse_kinematics`, from bones of any length.
 
     Poses come last, so that every operation runs along N numbers in a row: a flow's graph has this inside.
@@ -115,7 +115,7 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
     length = xp.sqrt((bones * bones).sum(1))[:, None]
     still = length < tiny
     directions = bones / xp.where(still, xp.ones_like(length), length)
-    turns: dict[int, Array] = {0: xp.zeros_like(bones[0])}
+    rotvecs: dict[int, Array] = {0: xp.zeros_like(bones[0])}
     frames: Any = None
     position: dict[int, int] = {}
     for level, previous in skeleton.levels:
@@ -136,14 +136,14 @@ def bone_turns(bones: Array, skeleton: Skeleton) -> Array:
         # a bone turned right back has no axis of its own: any one square to the rest direction
         opposite = beyond & (sine < xp.finfo(bones.dtype).eps ** 0.5)
         axis = xp.where(opposite, constant(_any_normal(rest)[..., None], bones), cross / xp.clip(sine, tiny, None))
-        turn = axis * angle
+        rotvec = axis * angle
         frame = linear.reshape(len(joints), 3, 3, -1) + ((1 - cosine) * axis)[:, :, None] * axis[:, None]
         if before is not None:
             frame = compose_rows(before, frame)
         frames, position = frame, {joint: i for i, joint in enumerate(level)}
         for i, joint in enumerate(level):
-            turns[joint] = turn[i]
-    stacked: Array = xp.stack([turns[joint] for joint in range(skeleton.n_joints)])
+            rotvecs[joint] = rotvec[i]
+    stacked: Array = xp.stack([rotvecs[joint] for joint in range(skeleton.n_joints)])
     return stacked
 
 

@@ -15,14 +15,14 @@ import torch
 from torch import Tensor, nn
 
 from a2v.kinematics.gradient import (
-    Turns,
+    Exponentials,
     bone_ends,
     bone_gradients,
     chain_frames,
     cross_matrices,
     joint_positions,
-    turn_axes,
-    turn_gradients,
+    rotvec_axes,
+    rotvec_gradients,
 )
 from a2v.motion.fused import generator_entry, generator_exit, gru_inputs, gru_state, velocity_layers
 from a2v.motion.networks import Generator, PoseDecoder
@@ -133,7 +133,7 @@ class RollOut:
         if decoder.lie_output is None:
             return outputs
         bounded = torch.tanh(outputs[:, : self.bones])
-        rotations = Turns.of((torch.pi * bounded).T.reshape(-1, 3, len(outputs)))
+        rotations = Exponentials.of((torch.pi * bounded).T.reshape(-1, 3, len(outputs)))
         frames = chain_frames(rotations, self.plan)
         bones = bone_ends(frames, self.lengths, self.plan)
         slope = torch.pi * (1 - bounded * bounded)
@@ -186,11 +186,11 @@ class RollOut:
         if not self.kept:
             return
         whole = {name: torch.stack([kept[name] for kept in self.kept]) for name in self.kept[0]}
-        rotations = Turns(*(whole[name] for name in Turns._fields))
+        rotations = Exponentials(*(whole[name] for name in Exponentials._fields))
         frames, slopes = whole["frames"], _points(whole["slope"]).permute(0, 2, 3, 1)
         # (T, n, 3, ...) as T * n bones
-        flat = Turns(*(part.flatten(0, 1) for part in rotations))
-        self.axes = turn_axes(flat, frames.flatten(0, 1)).view_as(frames) * slopes[:, :, None]
+        flat = Exponentials(*(part.flatten(0, 1) for part in rotations))
+        self.axes = rotvec_axes(flat, frames.flatten(0, 1)).view_as(frames) * slopes[:, :, None]
         self.crosses = cross_matrices(whole["bones"])
         hidden = [part for name, part in whole.items() if name.startswith("hidden")]
         self.leaks = [(part > 0).to(frames) * (1 - self.leak) + self.leak for part in hidden]
@@ -216,7 +216,7 @@ class RollOut:
         else:
             rest = root
         pulled = bone_gradients(local.T.view(-1, 3, len(local)), self.plan)
-        by_rotvec = turn_gradients(pulled, self.crosses[t], self.axes[t], self.plan)
+        by_rotvec = rotvec_gradients(pulled, self.crosses[t], self.axes[t], self.plan)
         return torch.cat([by_rotvec.flatten(0, 1).T, rest], 1), fed
 
 

@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from a2v.kinematics import best_scale
-from a2v.perception.landmarks import INDEX
+from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.record import Record
 from a2v.types import FloatArray
 
 FILE = Path(__file__).resolve().parent / "data" / "depth_correction.npz"
-HIPS = [INDEX["left_hip"], INDEX["right_hip"]]
+HIPS = [LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]]
 N_FEATURES = 6 * 33
 
 

@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics.names import BLAZEPOSE
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.types import FloatArray
-
-INDEX = {name: index for index, name in enumerate(BLAZEPOSE)}
-"""Row of each landmark."""
 
 LIMBS: tuple[tuple[str, str], ...] = (
     ("left_shoulder", "right_shoulder"),
@@ -103,14 +100,14 @@ def _read_person(person: Any, name: str, expected: str) -> FloatArray:
     landmarks = np.zeros((len(BLAZEPOSE), 3), np.float32)
     for point, landmark in zip(points, layout, strict=True):
         if landmark is not None:
-            landmarks[INDEX[landmark]] = point
+            landmarks[LANDMARK_INDEX[landmark]] = point
     for side in ("left", "right"):
         hand = person.get(f"hand_{side}_keypoints_2d")
         if hand:
             knuckles = _read_points(hand, name, expected)
             if len(knuckles) == 21:
                 for source, finger in _HAND.items():
-                    landmarks[INDEX[f"{side}_{finger}"]] = knuckles[source]
+                    landmarks[LANDMARK_INDEX[f"{side}_{finger}"]] = knuckles[source]
     landmarks[:, 2] = np.clip(landmarks[:, 2], 0, 1)
     return landmarks
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics.names import BLAZEPOSE
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.depth import put_upright
-from a2v.perception.landmarks import INDEX, LIMBS
+from a2v.perception.landmarks import LIMBS
 from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
 
@@ -283,11 +283,11 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
     extent = float(np.ptp(keypoints[seen, :2], axis=0).max())
     thick = max(2, round(0.07 * extent))
     for first, second in LIMBS:
-        a, b = INDEX[first], INDEX[second]
+        a, b = LANDMARK_INDEX[first], LANDMARK_INDEX[second]
         if seen[a] and seen[b]:
             ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]
             cv2.line(canvas, ends[0], ends[1], 255, thick)
-    trunk = [INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
+    trunk = [LANDMARK_INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
     if seen[trunk].all():
         cv2.fillConvexPoly(canvas, np.round(keypoints[trunk, :2]).astype(np.int32), 255)
     face = [i for i in range(11) if seen[i]]
@@ -329,23 +329,23 @@ def _warn(
         return bool(line.sum() > max(3.0, 0.02 * tall))
 
     at_bottom = crop[3] >= size[1] and touches(solid[-2:].any(axis=0))
-    feet = [INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")]
+    feet = [LANDMARK_INDEX[name] for name in ("left_ankle", "right_ankle", "left_heel", "right_heel")]
     feet_out = (points[feet, 1] > alpha.shape[0]).any() and crop[3] >= size[1]
     if feet_out or (at_bottom and conf[feet].max() < 0.9):
         messages.append("the feet are cut off by the photo's lower edge: legs and feet are guessed and the ground may be off")
     elif at_bottom:
         messages.append("the person touches the photo's lower edge: feet may be cut off")
-    if crop[1] <= 0 and (touches(solid[:2].any(axis=0)) or points[INDEX["nose"], 1] < 0):
+    if crop[1] <= 0 and (touches(solid[:2].any(axis=0)) or points[LANDMARK_INDEX["nose"], 1] < 0):
         messages.append("the head is cut off by the photo's upper edge: it is guessed from the body model")
     if (crop[0] <= 0 and touches(solid[:, :2].any(axis=1))) or (crop[2] >= size[0] and touches(solid[:, -2:].any(axis=1))):
         messages.append("the person is cut off by the photo's side: what lies outside is guessed")
 
-    left, right = INDEX["left_shoulder"], INDEX["right_shoulder"]
+    left, right = LANDMARK_INDEX["left_shoulder"], LANDMARK_INDEX["right_shoulder"]
     across = points_3d[left] - points_3d[right]
     if np.isfinite(across).all():
         yaw = float(np.degrees(np.arctan2(-across[2], across[0])))
     else:
-        hips = points[[INDEX["left_hip"], INDEX["right_hip"]], :2].mean(axis=0)
+        hips = points[[LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]], :2].mean(axis=0)
         trunk = float(np.linalg.norm(points[[left, right], :2].mean(axis=0) - hips)) or 1.0
         flat = float(points[left, 0] - points[right, 0]) / trunk
         yaw = float(np.degrees(np.arccos(np.clip(flat / 0.75, -1, 1))))
@@ -356,7 +356,7 @@ def _warn(
 
     hidden = []
     for side in ("left", "right"):
-        elbow, wrist = INDEX[f"{side}_elbow"], INDEX[f"{side}_wrist"]
+        elbow, wrist = LANDMARK_INDEX[f"{side}_elbow"], LANDMARK_INDEX[f"{side}_wrist"]
         if min(conf[elbow], conf[wrist]) < 0.5:
             hidden.append(side)
     if hidden:

@@ -135,7 +135,8 @@ def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
     """BlazePose landmarks (33, 3) of a fitted body, and the avatar's bones (33,) that carry them."""
     import torch
 
-    from a2v.body import BLAZEPOSE, load_body_model
+    from a2v.body import load_body_model
+    from a2v.kinematics.names import BLAZEPOSE
 
     model = load_body_model()
     vertices = torch.from_numpy(body.vertices)[model.landmark_vertices]
@@ -152,7 +153,7 @@ _KEYPOINTS = {"shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "knee": "L
 
 def _subject(vertices: FloatArray, avatar: Avatar, transforms: FloatArray, size: int = 640) -> tuple[Subject, OrthographicCamera]:
     """What perception would tell about an avatar seen from +z: its mask, and its joints as keypoints."""
-    from a2v.body import BLAZEPOSE
+    from a2v.kinematics.names import BLAZEPOSE
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     scale = 0.9 * size / float((high - low)[:2].max())

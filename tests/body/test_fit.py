@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import torch
 
-from a2v.body import BLAZEPOSE, JOINT_BONES, PARTS, FitResult, FitSettings, fit_body, load_body_model
+from a2v.body import JOINT_BONES, PARTS, FitResult, FitSettings, fit_body, load_body_model
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize, silhouette_iou
 from a2v.body.surface_term import vertex_normals
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.bodies import landmarks_of, random_body, subject_of
 

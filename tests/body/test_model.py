@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import torch
 
-from a2v.body import BLAZEPOSE, JOINT_BONES, PARTS, AnnyModel, BodyModel, load_body_model, make_body, part_of_bone
+from a2v.body import JOINT_BONES, PARTS, AnnyModel, BodyModel, load_body_model, make_body, part_of_bone
 from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
 
 
@@ -33,10 +34,9 @@ def test_it_keeps_the_protocol(model: AnnyModel) -> None:
     assert set(JOINT_BONES.values()) <= set(model.bone_names)
 
 
-def test_landmark_names_are_perceptions() -> None:
-    from a2v.kinematics import names
-
-    assert names.BLAZEPOSE == BLAZEPOSE
+def test_landmarks_are_named_once_each_with_its_other_side() -> None:
+    assert len(BLAZEPOSE) == len(set(BLAZEPOSE)) == 33
+    assert {name.replace("left", "#").replace("right", "left").replace("#", "right") for name in BLAZEPOSE} == set(BLAZEPOSE)
 
 
 def test_axes(model: AnnyModel) -> None:

@@ -10,9 +10,10 @@ import torch
 
 from a2v import InputError, Surface
 from a2v.animation import bind, deform, retarget
-from a2v.body import BLAZEPOSE, JOINT_BONES, PARTS, BodyModel, FitSettings, SmplModel, carry_over, fit_body, load_body_model, make_body
+from a2v.body import JOINT_BONES, PARTS, BodyModel, FitSettings, SmplModel, carry_over, fit_body, load_body_model, make_body
 from a2v.body.smpl import JOINTS
 from a2v.kinematics import HUMANACT12, inverse_kinematics
+from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, Motion
 from tests.support.bodies import random_body, subject_of
 

@@ -7,32 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2v import InputError, Motion
+from a2v import InputError
 from a2v.formats import read_motion
 from a2v.formats.bvh import read_bvh, write_bvh
-from a2v.formats.deepmimic import read_deepmimic
 from a2v.kinematics import CMU, HUMANACT12, NTU_VIBE, Skeleton, forward_kinematics, rotvec_to_rotmat, skeleton_of
-from a2v.kinematics.names import REQUIRED, canonical_joints
-from a2v.kinematics.resample import resample_motion
-
-
-def random_clip(skeleton: Skeleton, frames: int = 12, *, stretch: float = 0.0) -> Motion:
-    random = np.random.default_rng(3)
-    count = skeleton.n_joints
-    rotations = np.cumsum(random.normal(0, 0.15, (frames, count, 3)), axis=0)
-    rotations[:, 0] = 0
-    root = np.cumsum(random.normal(0, 0.03, (frames, 3)), axis=0) + np.array([0, 0.95, 0])
-    lengths = np.tile(random.uniform(0.15, 0.35, count), (frames, 1)) * (1 + stretch * random.normal(0, 1, (frames, count)))
-    joints = forward_kinematics(rotations, root, lengths, skeleton)
-    return Motion(
-        joints=joints.astype(np.float32),
-        rotations=rotations.astype(np.float32),
-        root=root.astype(np.float32),
-        fps=20.0,
-        parents=skeleton.parents,
-        joint_names=skeleton.joint_names,
-        skeleton=skeleton.name,
-    )
+from tests.support.motions import random_clip
 
 
 @pytest.mark.parametrize("skeleton", [HUMANACT12, CMU, NTU_VIBE], ids=lambda s: s.name)
@@ -58,36 +37,6 @@ def test_joints_alone_are_enough(tmp_path: Path) -> None:
     bare = dataclasses.replace(motion, rotations=np.zeros_like(motion.rotations))
     write_bvh(tmp_path / "m.bvh", bare)
     np.testing.assert_allclose(read_bvh(tmp_path / "m.bvh", units="centimetres", up="y").joints, motion.joints, atol=1e-4)
-
-
-def test_every_canonical_joint_of_the_data_sets_is_found() -> None:
-    for skeleton in (HUMANACT12, CMU, NTU_VIBE):
-        found = canonical_joints(skeleton.joint_names, skeleton.parents.tolist())
-        for name in REQUIRED:
-            assert skeleton.joint_names[found[name]] == name
-
-
-NAMES = {
-    "mixamo": ["mixamorig:Hips", "mixamorig:Spine", "mixamorig:Neck", "mixamorig:Head"]
-    + [f"mixamorig:{s}{n}" for s in ("Left", "Right") for n in ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
-    "unreal": ["pelvis", "spine_01", "neck_01", "head"]
-    + [f"{n}_{s}" for s in "lr" for n in ("clavicle", "upperarm", "lowerarm", "hand", "thigh", "calf", "foot", "ball")],
-    "biped": ["Bip01 Pelvis", "Bip01 Spine", "Bip01 Neck", "Bip01 Head"]
-    + [f"Bip01 {s} {n}" for s in "LR" for n in ("Clavicle", "UpperArm", "Forearm", "Hand", "Thigh", "Calf", "Foot", "Toe0")],
-    "rigify": ["hips", "spine", "neck", "head"]
-    + [f"{n}.{s}" for s in "LR" for n in ("shoulder", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toe")],
-    "poser": ["hip", "abdomen", "neck", "head"]
-    + [f"{s}{n}" for s in ("l", "r") for n in ("Collar", "Shldr", "ForeArm", "Hand", "Thigh", "Shin", "Foot", "Toe")],
-}
-
-
-@pytest.mark.parametrize("system", NAMES)
-def test_names_of_other_systems(system: str) -> None:
-    names = NAMES[system]
-    found = canonical_joints(names)
-    wanted = ["pelvis", "spine1", "neck", "head"]
-    wanted += [f"{s}_{n}" for s in ("left", "right") for n in ("collar", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot")]
-    assert {name: names[found[name]] for name in wanted} == dict(zip(wanted, names, strict=True))
 
 
 def tiny(order: str = "Zrotation Xrotation Yrotation", row: str | None = None, *, leg: float = 40.0, frames: str = "2") -> str:
@@ -248,23 +197,6 @@ def test_any_skeleton_on_request(tmp_path: Path) -> None:
     assert "AUpLeg" in read_bvh(text, person=False).joint_names
 
 
-def test_resampling_keeps_shared_frames_and_bones() -> None:
-    motion = random_clip(HUMANACT12, frames=21)
-    slow, fast = resample_motion(motion, 10.0), resample_motion(motion, 30.0)
-    assert (slow.frames, fast.frames) == (11, 31)
-    np.testing.assert_allclose(slow.joints, motion.joints[::2], atol=1e-5)
-    np.testing.assert_allclose(fast.joints[::3], motion.joints[::2], atol=1e-5)
-    lengths = [np.linalg.norm(m.joints[:, 5] - m.joints[:, 2], axis=-1) for m in (motion, fast)]
-    np.testing.assert_allclose(lengths[1], lengths[0][0], atol=1e-5)
-    still = dataclasses.replace(
-        motion,
-        joints=motion.joints[[0] * 5 + list(range(16))],
-        rotations=motion.rotations[[0] * 5 + list(range(16))],
-        root=motion.root[[0] * 5 + list(range(16))],
-    )
-    np.testing.assert_allclose(resample_motion(still, 60.0).joints[:13], np.tile(motion.joints[:1], (13, 1, 1)), atol=1e-5)
-
-
 def test_real_cmu_files(data_dir: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(data_dir / "cmu_bvh.zip") as archive:
         text = archive.read("cmu_bvh/02/02_01.bvh").decode()
@@ -279,29 +211,8 @@ def test_real_cmu_files(data_dir: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(read_bvh(tmp_path / "m.bvh").joints, motion.joints, atol=1e-4)
 
 
-def test_deepmimic_cartwheel_turns_over(cartwheel: Path) -> None:
-    motion = read_motion(cartwheel)
-    assert motion.fps == 60
-    names = motion.joint_names
-    height = motion.joints[:, names.index("head"), 1] - motion.joints[:, names.index("pelvis"), 1]
-    assert height[0] > 0.5
-    assert height.min() < -0.3
-    left = motion.joints[0, names.index("left_hip")] - motion.joints[0, names.index("right_hip")]
-    assert left[0] > 0.15  # faces +z
-
-
-def test_broken_deepmimic(tmp_path: Path) -> None:
-    path = tmp_path / "m.txt"
-    for text, what in (("{", "truncated"), ("{}", "no 'Frames'"), ('{"Frames": [[1, 2]]}', "frame 0 has 2 numbers; expected 44")):
-        path.write_text(text)
-        with pytest.raises(InputError, match=what):
-            read_deepmimic(path)
-
-
-def test_npz_round_trip(tmp_path: Path) -> None:
+def test_a_batch_has_no_bvh(tmp_path: Path) -> None:
     motion = random_clip(CMU)
-    motion.save(tmp_path / "m.npz")
-    np.testing.assert_array_equal(read_motion(tmp_path / "m.npz").joints, motion.joints)
     with pytest.raises(InputError, match="batch"):
         write_bvh(
             tmp_path / "b.bvh",

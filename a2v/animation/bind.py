@@ -78,19 +78,16 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
     if float(np.median(tree_distance)) > 0.5:
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
-    labels = body.parts.astype(np.int64)
-    present = np.unique(labels)
-    members = [np.flatnonzero(labels == part) for part in present]
+    present = np.unique(body.parts.astype(np.int64))
+    members = [np.flatnonzero(body.parts == part) for part in present]
     found = [_nearest(vertices, normals, body_vertices[own], body_normals[own], settings) for own in members]
     cost = np.stack([price for price, _ in found], axis=1)
     best = np.stack([own[index] for own, (_, index) in zip(members, found, strict=True)], axis=1)
-    area = vertex_areas(vertices, faces) + 1e-12
-    stiffness = laplacian(cotangent_weights(vertices, faces))
+    area, stiffness = vertex_areas(vertices, faces) + 1e-12, laplacian(cotangent_weights(vertices, faces))
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
         chosen = _where_known(chosen, np.asarray(parts), present)
-    rows = np.arange(len(vertices))
-    anchors, price = best[rows, chosen], cost[rows, chosen]
+    anchors, price = (np.take_along_axis(table, chosen[:, None], axis=1)[:, 0] for table in (best, cost))
     weights, bones = _skin(anchors, price, normals, body_normals, tree_distance, body, area, stiffness, settings)
     return Character(
         surface=surface,

@@ -91,12 +91,11 @@ def find_person(
     rgb, warnings = photo[..., :3], list[str]()
     points, points_3d, rough, others = _locate(rgb, given_mask, given_points, settings, warnings)
     crop = _crop_box(rough, points, (width, height), settings.margin)
-    left, top, right, bottom = crop
     image, alpha_crop, points = _cut_out(rgb, rough, points, crop, settings.max_side)
     if given_mask is not None:
         alpha_crop = keep_soft(alpha_crop)
     elif settings.refine:
-        alpha_crop = _refined(image, alpha_crop, None if others is None else others[top:bottom, left:right], settings)
+        alpha_crop = _refined(image, alpha_crop, None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]], settings)
     if (alpha_crop > 0.5).sum() < 64:
         raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
     warnings += _warn(alpha_crop, points, points_3d, crop, (width, height))

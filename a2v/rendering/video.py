@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -98,39 +99,35 @@ def read_video(path: str | os.PathLike[str]) -> Iterator[ByteArray]:
     InputError
         The file is missing or is no video.
     """
-    import av
-
-    try:
-        with av.open(str(path)) as container:
-            for frame in container.decode(video=0):
-                yield frame.to_ndarray(format="rgb24", src_colorspace="itu709")
-    except (av.FFmpegError, IndexError) as error:
-        raise InputError(f"{path} is not a readable video ({error})") from error
+    with _opened(path) as container:
+        for frame in container.decode(video=0):
+            yield frame.to_ndarray(format="rgb24", src_colorspace="itu709")
 
 
 def probe_video(path: str | os.PathLike[str]) -> VideoInfo:
-    """Size, number of frames (counted by decoding), speed and codec of a video.
+    """Size, number of frames (counted by decoding), speed and codec of a video; raises as `read_video`."""
+    with _opened(path) as container:
+        stream = container.streams.video[0]
+        frames = sum(1 for _ in container.decode(stream))
+        context = stream.codec_context
+        return VideoInfo(
+            width=context.width,
+            height=context.height,
+            frames=frames,
+            fps=float(stream.average_rate or 0),
+            codec=context.name,
+            pixel_format=str(context.pix_fmt),
+        )
 
-    Raises
-    ------
-    InputError
-        The file is missing or is no video.
-    """
+
+@contextmanager
+def _opened(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """A container to decode; what goes wrong there is the file's fault."""
     import av
 
     try:
         with av.open(str(path)) as container:
-            stream = container.streams.video[0]
-            frames = sum(1 for _ in container.decode(stream))
-            context = stream.codec_context
-            return VideoInfo(
-                width=context.width,
-                height=context.height,
-                frames=frames,
-                fps=float(stream.average_rate or 0),
-                codec=context.name,
-                pixel_format=str(context.pix_fmt),
-            )
+            yield container
     except (av.FFmpegError, IndexError) as error:
         raise InputError(f"{path} is not a readable video ({error})") from error
 

@@ -1,8 +1,8 @@
 """The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
 
-A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``add_arguments(parser)`` and
-``run(settings) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
-is the module ``evaluate_reconstruction``.
+A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`)
+and ``run(options) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
+is the module ``evaluate_reconstruction``; a command that only has such parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
 
 Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input; 130 Ctrl-C; 143 terminated.
 """
@@ -19,10 +19,10 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from types import FrameType
-from typing import Any, TextIO
+from types import FrameType, ModuleType
+from typing import TextIO
 
 from a2v.errors import A2VError, InputError
 from a2v.io import printable, user_cache_folder
@@ -134,14 +134,15 @@ def _run(arguments: list[str]) -> int:
         return 0
     name = arguments[0]
     if name not in commands:
-        near = difflib.get_close_matches(name, commands, n=2, cutoff=0.5)
-        raise InputError(
-            f"unknown command '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(commands)}"
-        )
+        raise _unknown("command", name, commands)
     own = _own_command(name, arguments[1:])
     command = importlib.import_module(f"pipelines.commands.{own.replace(' ', '_')}")
-    settings = parse(own, command, arguments[own.count(" ") + 1 :])
-    return int(command.run(settings))
+    rest = arguments[own.count(" ") + 1 :]
+    if hasattr(command, "SUBCOMMANDS"):
+        return _choose_subcommand(own, command, rest)
+    from pipelines.options import parse
+
+    return int(command.run(parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES)))
 
 
 def _own_command(name: str, arguments: Sequence[str]) -> str:
@@ -152,49 +153,32 @@ def _own_command(name: str, arguments: Sequence[str]) -> str:
     return name
 
 
-def parse(name: str, command: Any, arguments: Sequence[str]) -> Any:
-    """Parse `arguments` for a command's module.
-
-    Raises
-    ------
-    InputError
-        Unknown or malformed options.
-    """
-    import argparse
-
-    import jsonargparse
-
-    class Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpFormatter):
-        """Shows defaults, and the examples as they are written."""
-
-    parser = jsonargparse.ArgumentParser(
-        prog=f"a2v {name}",
-        description=command.HELP,
-        epilog=command.EXAMPLES,
-        formatter_class=Formatter,
-        exit_on_error=False,
-    )
-    parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
-    command.add_arguments(parser)
-    try:
-        return parser.instantiate_classes(parser.parse_args(list(arguments)))
-    except argparse.ArgumentError as error:
-        raise InputError(f"{_first_line(str(error))}; see a2v {name} --help") from None
+def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str]) -> int:
+    """Show what the command consists of; an error if something else was asked for."""
+    if arguments and arguments[0] not in ("-h", "--help", "--help-all"):
+        raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
+    print(f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)\n\n{command.HELP}\n")
+    print(f"{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}")
+    return 0 if arguments else 2
 
 
-def _first_line(text: str) -> str:
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    return " ".join(lines[:3]) if lines else "bad arguments"
+def _unknown(what: str, name: str, known: Collection[str]) -> InputError:
+    near = difflib.get_close_matches(name, known, n=2, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"choose from {', '.join(known)}"
+    return InputError(f"unknown {what} '{name}'; {hint}")
 
 
-def _overview(commands: dict[str, str]) -> str:
+def _listed(commands: Mapping[str, str]) -> str:
     width = max(map(len, commands))
-    listed = "\n".join(f"  {name:<{width}}  {text}" for name, text in commands.items())
+    return "\n".join(f"  {name:<{width}}  {text}" for name, text in commands.items())
+
+
+def _overview(commands: Mapping[str, str]) -> str:
     return f"""usage: a2v COMMAND [options]        (a2v COMMAND --help tells more)
 
 From an action's name and one photograph to a video of that person doing the action, in 3D.
 
-{listed}
+{_listed(commands)}
 
 examples:
   a2v actions --model cmu

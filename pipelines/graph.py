@@ -55,6 +55,9 @@ class Step:
 
 Graph = Sequence[Step]
 
+Parameters = dict[str, Any]
+"""A graph's inputs by name; the annotations of its nodes say of what types."""
+
 
 def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
     """The steps from a photo and an action (or a recorded motion) to the video and the exports."""

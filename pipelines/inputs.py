@@ -6,25 +6,40 @@ import contextlib
 import dataclasses
 import errno
 import os
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from a2v.animation import BindSettings, DeformSettings, RetargetSettings
+from a2v.body import FitSettings
 from a2v.errors import InputError
+from a2v.formats.registry import readable_motions
 from a2v.io import read_bytes
+from a2v.motion import BUNDLED
+from a2v.perception import PerceptionSettings
+from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
+from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
+from a2v.types import VIEWS, RenderSettings
+from pipelines.executors import EXECUTORS, ExecutorName
+from pipelines.graph import Parameters
+from pipelines.options import flag, option, settings
 from pipelines.store import File, Ref, Store
 
 if TYPE_CHECKING:
     from a2v.rendering import CameraPath
-    from a2v.types import RenderSettings
+    from pipelines.graph import Graph
     from pipelines.nodes.values import Blob
+    from pipelines.run import Outcome
 
 MAX_PHOTO_BYTES = 256 << 20
 
+MODEL = f"motion model: {', '.join(BUNDLED)}, or an .onnx file"
+"""What the options that name a motion model say."""
 
-SHAPE_OPTIONS = {"pifu": "implicit", "body-prior": "shape"}
-"""What the options of a backend begin with."""
+_LOOK = RenderSettings()
 
 
 def check_writable(folder: str | os.PathLike[str]) -> Path:
@@ -63,7 +78,7 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
     return dataclasses.replace(store.put(Blob.of(read_bytes(path, limit=MAX_PHOTO_BYTES))), source=os.fspath(path))
 
 
-def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, seed: int, fps: float | None) -> dict[str, Any]:
+def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, seed: int, fps: float | None) -> Parameters:
     """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion.
 
     Raises
@@ -87,65 +102,66 @@ def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, s
     return {"model": File.of(opened.path), "action": action, "frames": frames, "seed": seed, "fps": fps}
 
 
-def add_model_argument(parser: Any, *, several: bool = False) -> None:
-    """The option that names a motion model, or `several`."""
-    from a2v.motion import BUNDLED
-
-    text = f"motion model: {', '.join(BUNDLED)}, or an .onnx file"
-    if several:
-        parser.add_argument("--model", action="append", default=[], help=f"{text}; may be repeated")
-    else:
-        parser.add_argument("--model", default="cmu", help=text)
+# --- options that commands share; each gives the graph's parameters that it stands for
 
 
-def add_render_arguments(parser: Any) -> None:
-    """Options of how frames look."""
-    from a2v.types import VIEWS, RenderSettings
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions:
+    """A motion for one person, generated or recorded."""
 
-    look = RenderSettings()
-    parser.add_argument(
-        "--views",
-        type=str | None,
-        default=None,
-        help=f"of {', '.join(VIEWS)}, turntable and the cameras of --camera; by default the four, or all of --camera",
+    action: str = option("what to do; several with commas follow each other (a2v actions lists them)", default="")
+    model: str = option(MODEL, default="cmu")
+    motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
+    frames: int = option("frames of motion", default=60)
+    fps: float | None = option("resample the motion to this many frames a second (same duration)", default=None)
+    seed: int = option("seed of the motion: another seed, another performance", default=0)
+
+    def parameters(self) -> Parameters:
+        """See `motion_inputs`."""
+        return motion_inputs(**{item.name: getattr(self, item.name) for item in dataclasses.fields(self)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class LookOptions:
+    """How frames look."""
+
+    views: str | None = option(
+        f"of {', '.join(VIEWS)}, turntable and the cameras of --camera; by default the four, or all of --camera", default=None
     )
-    parser.add_argument("--camera", type=str | None, default=None, help="YAML file of cameras of your own (docs/rendering.md)")
-    parser.add_argument(
-        "--background", default=look.background, help="stage, transparent (adds PNG frames), a colour (#30506f, navy) or an image file"
+    camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
+    background: str = option(
+        "stage, transparent (adds PNG frames), a colour (#30506f, navy) or an image file", default=_LOOK.background, metavar="WHAT"
     )
-    parser.add_argument("--size", type=int, default=look.size, help="pixels a side")
-    parser.add_argument("--spp", type=int, default=look.spp, help="samples a pixel")
-    parser.add_argument("--denoise", type=bool, default=look.denoise, help="Open Image Denoise on every frame")
-    parser.add_argument("--variant", default=look.variant, help="Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb")
-    parser.add_argument("--render_seed", type=int, default=look.seed, help="seed of the renderer")
+    size: int = option("pixels a side", default=_LOOK.size)
+    spp: int = option("samples a pixel", default=_LOOK.spp)
+    denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
+    variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
+    render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
 
+    def parameters(self, store: Store) -> Parameters:
+        """`render`, `cameras` and `backdrop`.
 
-def render_parameters(store: Store, settings: Any) -> dict[str, Any]:
-    """The graph's parameters `render`, `cameras` and `backdrop` out of the options of `add_render_arguments`.
+        Raises
+        ------
+        InputError
+            An unknown view or background, or an unreadable file.
+        """
+        from a2v.rendering import check_views, read_cameras
 
-    Raises
-    ------
-    InputError
-        An unknown view or background, or an unreadable file.
-    """
-    from a2v.rendering import check_views, read_cameras
-    from a2v.types import VIEWS, RenderSettings
-
-    cameras = () if settings.camera is None else read_cameras(settings.camera)
-    named = settings.views.split(",") if settings.views is not None else [one.name for one in cameras] or VIEWS
-    views = tuple(view.strip() for view in named)
-    background, backdrop = _background(store, settings.background)
-    render = RenderSettings(
-        views=views,
-        background=background,
-        size=settings.size,
-        spp=settings.spp,
-        denoise=settings.denoise,
-        variant=settings.variant,
-        seed=settings.render_seed,
-    )
-    check_views(views, cameras)
-    return {"render": render, "cameras": cameras, "backdrop": backdrop}
+        cameras = () if self.camera is None else read_cameras(self.camera)
+        named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
+        background, backdrop = _background(store, self.background)
+        render = RenderSettings(
+            views=tuple(view.strip() for view in named),
+            background=background,
+            size=self.size,
+            spp=self.spp,
+            denoise=self.denoise,
+            variant=self.variant,
+            seed=self.render_seed,
+        )
+        check_views(render.views, cameras)
+        return {"render": render, "cameras": cameras, "backdrop": backdrop}
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
@@ -166,78 +182,101 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
     return "image", put_file(store, asked)
 
 
-def add_run_arguments(parser: Any) -> None:
-    """Options of where and how a graph runs."""
-    from pipelines.executors import EXECUTORS
+@dataclass(frozen=True, kw_only=True)
+class PhotoOptions:
+    """The photo, and what replaces the detectors."""
 
-    parser.add_argument("--executor", default="local", choices=EXECUTORS, help="where frames are computed")
-    parser.add_argument("--workers", type=int | None, default=None, help="processes; one a core by default")
-    parser.add_argument(
-        "--address", type=str | None, default=None, help="of a Dask scheduler or a Ray cluster; without it one is started here"
-    )
-    parser.add_argument(
-        "--cache", type=str | None, default=None, help="folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)"
-    )
-    parser.add_argument("--quiet", action="store_true", help="no progress bars")
+    photo: str = option("the person, seen whole: JPEG, PNG...")
+    mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
+    keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE")
+
+    def parameters(self, store: Store, stages: CharacterStages) -> Parameters:
+        """See `photo_parameters`."""
+        return photo_parameters(store, self.photo, mask=self.mask, keypoints=self.keypoints, **stages.parameters())
 
 
-def stage_settings() -> dict[str, Any]:
-    """The settings of every stage at their defaults, by the name that the graph, the command line and YAML use."""
-    from a2v.animation import BindSettings, DeformSettings, RetargetSettings
-    from a2v.body import FitSettings
-    from a2v.perception import PerceptionSettings
-    from a2v.reconstruction import ColorSettings
-    from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
+@dataclass(frozen=True, kw_only=True)
+class CharacterStages:
+    """The settings of the stages from a photo to a character; the backend says whether `implicit` or `shape` counts."""
 
-    return {
-        "perception": PerceptionSettings(),
-        "fit": FitSettings(),
-        "shape": _shape_settings(SETTINGS[DEFAULT_BACKEND]),
-        "color": ColorSettings(),
-        "bind": BindSettings(),
-        "retarget": RetargetSettings(),
-        "deform": DeformSettings(),
-    }
+    backend: str = option("how the person is reconstructed", default=DEFAULT_BACKEND, choices=tuple(SETTINGS))
+    perception: PerceptionSettings = settings(PerceptionSettings)
+    fit: FitSettings = settings(FitSettings)
+    implicit: ImplicitSettings = settings(ImplicitSettings)
+    shape: SurfaceSettings = settings(SurfaceSettings)
+    color: ColorSettings = settings(ColorSettings)
+    bind: BindSettings = settings(BindSettings)
 
-
-def add_photo_arguments(parser: Any) -> None:
-    """Options of the photo."""
-    parser.add_argument("--photo", required=True, help="the person, seen whole: JPEG, PNG...")
-    parser.add_argument(
-        "--mask", type=str | None, default=None, help="image of the photo's size, white where the person is; replaces the detector's"
-    )
-    parser.add_argument("--keypoints", type=str | None, default=None, help="OpenPose JSON; replaces the detector's")
+    def parameters(self) -> Parameters:
+        """Each stage's settings by the name that the graph has for them."""
+        shapes: dict[str, SurfaceSettings | ImplicitSettings] = {"pifu": self.implicit, "body-prior": self.shape}
+        known = {"perception": self.perception, "fit": self.fit, "shape": _with_digest(shapes[self.backend])}
+        return {**known, "color": self.color, "bind": self.bind}
 
 
-def add_stage_arguments(parser: Any, names: Sequence[str]) -> None:
-    """Options of the named stages, such as ``--fit.iterations``; with "shape" those of every backend, and which one."""
-    from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
+@dataclass(frozen=True, kw_only=True)
+class MovingStages(CharacterStages):
+    """Those and the settings of the stages from a motion to a moving character."""
 
-    for name, settings in stage_settings().items():
-        if name in names and name != "shape":
-            parser.add_class_arguments(type(settings), name)
-    if "shape" in names:
-        parser.add_argument("--backend", choices=tuple(SETTINGS), default=DEFAULT_BACKEND, help="how the person is reconstructed")
-        for backend, settings in SETTINGS.items():
-            parser.add_class_arguments(type(settings), SHAPE_OPTIONS[backend])
+    retarget: RetargetSettings = settings(RetargetSettings)
+    deform: DeformSettings = settings(DeformSettings)
 
-
-def stages_of(settings: Any) -> dict[str, Any]:
-    """The stages' settings out of parsed options."""
-    found = {name: getattr(settings, name) for name in stage_settings() if hasattr(settings, name)}
-    if hasattr(settings, "backend"):
-        found["shape"] = _shape_settings(getattr(settings, SHAPE_OPTIONS[settings.backend]))
-    return found
+    def parameters(self) -> Parameters:
+        """Each stage's settings by the name that the graph has for them."""
+        return {**super().parameters(), "retarget": self.retarget, "deform": self.deform}
 
 
-def _shape_settings(settings: Any) -> Any:
+def _with_digest(shape: SurfaceSettings | ImplicitSettings) -> SurfaceSettings | ImplicitSettings:
     """A backend's settings with the digest of its weights, which remembered results go by."""
-    from a2v.reconstruction import ImplicitSettings
     from a2v.reconstruction.implicit import ImplicitModel
 
-    if isinstance(settings, ImplicitSettings):
-        return dataclasses.replace(settings, digest=ImplicitModel.load(settings.weights or None).digest)
-    return settings
+    if isinstance(shape, ImplicitSettings):
+        return dataclasses.replace(shape, digest=ImplicitModel.load(shape.weights or None).digest)
+    return shape
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """Where and how a graph runs."""
+
+    executor: ExecutorName = option("where frames are computed", default="local", choices=EXECUTORS, rare=True)
+    workers: int | None = option("processes; one a core by default", default=None)
+    address: str | None = option("of a Dask scheduler or a Ray cluster; without it one is started here", default=None, rare=True)
+    cache: str | None = option("folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+    quiet: bool = flag("no progress bars")
+
+    def run(
+        self, targets: str | Sequence[str], parameters: Mapping[str, object], *, graph: Graph | None = None, start: str | None = None
+    ) -> Outcome:
+        """Compute `targets` with bars, as `pipelines.run.run` does."""
+        from pipelines.progress import Bars
+        from pipelines.run import run
+
+        bars, given = Bars(quiet=self.quiet), Parameters(parameters)
+        try:
+            return run(
+                targets, graph=graph, executor=self.executor, workers=self.workers, address=self.address, store=Store(self.cache),
+                start=start, progress=bars, **given,
+            )  # fmt: skip
+        finally:
+            bars.close()
+
+    def tell(self, outcome: Outcome, *, times: bool = True) -> None:
+        """Say on standard error what the nodes noted and, unless quiet, how long they took."""
+        from pipelines.report import table
+
+        if times and not self.quiet:
+            print(table(outcome), file=sys.stderr)
+        for text in outcome.notes:
+            print(f"note: {text}", file=sys.stderr)
+
+
+# --- the same in Python
+
+
+def stage_settings() -> Parameters:
+    """The settings of every stage at their defaults, by the name that the graph, the command line and YAML use."""
+    return MovingStages().parameters()
 
 
 def photo_parameters(
@@ -246,8 +285,8 @@ def photo_parameters(
     *,
     mask: str | os.PathLike[str] | None = None,
     keypoints: str | os.PathLike[str] | None = None,
-    **stages: Any,
-) -> dict[str, Any]:
+    **stages: object,
+) -> Parameters:
     """The graph's parameters from a photo to a character; `stages` replace the defaults of `stage_settings`.
 
     Raises
@@ -257,11 +296,11 @@ def photo_parameters(
     TypeError
         `stages` has an unknown name.
     """
-    settings = stage_settings()
-    if unknown := set(stages) - set(settings):
-        raise TypeError(f"no stage {', '.join(sorted(unknown))}; the stages are {', '.join(settings)}")
+    known = stage_settings()
+    if unknown := set(stages) - set(known):
+        raise TypeError(f"no stage {', '.join(sorted(unknown))}; the stages are {', '.join(known)}")
     files = {"photo": photo, "mask": mask, "keypoints": keypoints}
-    return {name: put_file(store, path) for name, path in files.items()} | settings | stages
+    return {name: put_file(store, path) for name, path in files.items()} | known | stages
 
 
 def video_parameters(
@@ -278,7 +317,7 @@ def video_parameters(
     cameras: Sequence[CameraPath] = (),
     backdrop: str | os.PathLike[str] | None = None,
     **photo_options: Any,
-) -> dict[str, Any]:
+) -> Parameters:
     """All the graph's parameters, the defaults filled in; use with ``video_graph(recorded=motion is not None)``.
 
     Raises
@@ -286,8 +325,6 @@ def video_parameters(
     InputError
         An unknown model or action (the nearest are named), a number out of range, or an unreadable file.
     """
-    from a2v.types import RenderSettings
-
     moving = motion_inputs(action=action, model=model, motion=motion, frames=frames, seed=seed, fps=fps)
     look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop)}
     return {**moving, **look, **photo_parameters(store, photo, **photo_options)}

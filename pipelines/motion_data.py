@@ -2,49 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
 
-from a2v.errors import InputError
+from a2v.datasets import DATASETS, ActionDataset, load_dataset
+from a2v.datasets.bvh_folder import BVHFolderSettings
+from pipelines.bar import bar
+from pipelines.options import option, settings
 
-if TYPE_CHECKING:
-    from a2v.datasets import ActionDataset
-
-
-def add_dataset_arguments(parser: Any, *, positional: bool = False, optional: bool = False) -> None:
-    """The options that name a data set; `open_dataset` reads them. Where it is `optional`, `open_dataset` demands it."""
-    from a2v.datasets import DATASETS
-    from a2v.datasets.bvh_folder import BVHFolderSettings
-
-    text = f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder of BVH files an action)"
-    if positional:
-        parser.add_argument("dataset", choices=DATASETS, help=text)
-    else:
-        parser.add_argument("--dataset", required=not optional, default=None, choices=DATASETS, help=text)
-    parser.add_argument("--data", required=True, help="folder or archive that holds it")
-    parser.add_argument("--bvh", type=BVHFolderSettings, default=BVHFolderSettings(), help="how BVH files are read (bvh only)")
+NAMES = f"{', '.join(DATASETS[:-1])} or {DATASETS[-1]} (a folder or zip with one sub-folder of BVH files an action)"
 
 
-def open_dataset(settings: Any) -> ActionDataset:
-    """Load the data set of `add_dataset_arguments`, with a bar while BVH files are read.
+@dataclass(frozen=True, kw_only=True)
+class DataOptions:
+    """A data set and where it is."""
+
+    dataset: str = option(NAMES, choices=DATASETS, metavar="NAME")
+    data: str = option("folder or archive that holds it")
+    bvh: BVHFolderSettings = settings(BVHFolderSettings)
+
+    def open(self) -> ActionDataset:
+        """See `open_dataset`."""
+        return open_dataset(self.dataset, self.data, self.bvh)
+
+
+def open_dataset(name: str, data: str, bvh: BVHFolderSettings) -> ActionDataset:
+    """Load the data set called `name`, with a bar while BVH files are read.
 
     Raises
     ------
     InputError
         It cannot be used, or has no settings of its own and was given some.
     """
-    from a2v.datasets import DATASETS, load_dataset
-    from a2v.datasets.bvh_folder import BVHFolderSettings
-    from pipelines.bar import bar
-
-    if settings.dataset is None:
-        raise InputError(f"no data set given; choose one with --dataset ({', '.join(DATASETS)})")
-    given = settings.bvh if settings.dataset == "bvh" or settings.bvh != BVHFolderSettings() else None
-    with bar("read", "file", hidden=settings.dataset != "bvh") as progress:
-        return load_dataset(settings.dataset, settings.data, bvh=given, progress=progress)
+    given = bvh if name == "bvh" or bvh != BVHFolderSettings() else None
+    with bar("read", "file", hidden=name != "bvh") as progress:
+        return load_dataset(name, data, bvh=given, progress=progress)
 
 
 def hold_out(dataset: ActionDataset, wanted: str) -> tuple[ActionDataset, ActionDataset | None]:
-    """(training, held-out) part of a data set by the option --held_out.
+    """(training, held-out) part of a data set by the option --held-out.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``add_arguments(parser)``, ``run(settings) -> int``."""
+"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) -> int``."""

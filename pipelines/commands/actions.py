@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+
+from a2v.motion import MotionModel
+from pipelines.inputs import MODEL
+from pipelines.options import option
 
 HELP = "List the actions of a motion model, one name a line, in label order."
 EXAMPLES = """examples:
@@ -10,16 +14,14 @@ EXAMPLES = """examples:
   a2v actions --model humanact12"""
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    from pipelines.inputs import add_model_argument
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
 
-    add_model_argument(parser)
+    model: str = option(MODEL, default="cmu")
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Print the names."""
-    from a2v.motion import MotionModel
-
-    print("\n".join(MotionModel.load(settings.model).actions))
+    print("\n".join(MotionModel.load(options.model).actions))
     return 0

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from dataclasses import dataclass
 
 from a2v.errors import InputError
+from pipelines.options import flag, option
+from pipelines.store import Store
 
 HELP = "Show or trim the store of remembered results."
 EXAMPLES = """examples:
@@ -16,11 +18,13 @@ EXAMPLES = """examples:
 _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    parser.add_argument("--cache", type=str | None, default=None, help="folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)")
-    parser.add_argument("--trim", type=str | None, default=None, metavar="SIZE", help="keep at most this much, such as 5GB")
-    parser.add_argument("--clear", action="store_true", help="remove everything")
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    cache: str | None = option("folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+    trim: str | None = option("keep at most this much, such as 5GB", default=None, metavar="SIZE")
+    clear: bool = flag("remove everything")
 
 
 def parse_size(text: str) -> int:
@@ -38,13 +42,11 @@ def parse_size(text: str) -> int:
     return int(float(found.group(1)) * _UNITS[unit])
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Trim if asked to, then show."""
-    from pipelines.store import Store
-
-    store = Store(settings.cache)
-    if settings.clear or settings.trim is not None:
-        removed = store.trim(0 if settings.clear else parse_size(settings.trim), everything=settings.clear)
+    store = Store(options.cache)
+    if options.clear or options.trim is not None:
+        removed = store.trim(0 if options.clear or options.trim is None else parse_size(options.trim), everything=options.clear)
         print(f"removed {removed / 1e6:.1f} MB")
     print(f"store: {store.folder}")
     for name, (count, size) in store.usage().items():

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from a2v.errors import InputError
-
-if TYPE_CHECKING:
-    from a2v.formats.registry import CharacterFormat
+from a2v.formats.gltf import write_morph_glb
+from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
+from a2v.rendering.page import PAGE_FORMATS
+from a2v.types import Character
+from pipelines.graph import video_graph
+from pipelines.inputs import MODEL, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
+from pipelines.nodes.values import Poses, Vertices
+from pipelines.options import flag, group, option
+from pipelines.store import Store
 
 HELP = "Make one character file with several actions: glTF, USD, or a web page that shows it."
 EXAMPLES = """examples:
@@ -22,92 +29,71 @@ EXAMPLES = """examples:
 Clips are named after their actions or files. GLB and USD are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones)."""
 
-
-def file_formats() -> tuple[CharacterFormat, ...]:
-    """What --out may be: characters as data, and as a page that shows them."""
-    from a2v.formats.registry import CHARACTER_FORMATS
-    from a2v.rendering.page import PAGE_FORMATS
-
-    return (*CHARACTER_FORMATS, *PAGE_FORMATS)
+FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
+"""What --out may be: characters as data, and as a page that shows them."""
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    from a2v.formats.registry import readable_motions, suffixes_of
-    from pipelines.inputs import add_model_argument, add_photo_arguments, add_run_arguments, add_stage_arguments
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
 
-    parser.add_argument("--out", required=True, help=f"the file to write: {', '.join(suffixes_of(file_formats()))}")
-    parser.add_argument("--actions", default="", help="of the model, with commas; each becomes a clip")
-    parser.add_argument("--motions", default="", help=f"files with commas ({readable_motions(', ')}); each becomes a clip")
-    add_model_argument(parser)
-    parser.add_argument("--frames", type=int, default=60, help="frames a clip, at most for files")
-    parser.add_argument("--fps", type=float | None, default=None, help="resample the clips to this many frames a second")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the motions")
-    parser.add_argument("--exact", action="store_true", help="Eq. 20 as morph targets of a .glb instead of a skin")
-    add_photo_arguments(parser)
-    add_stage_arguments(parser, ["perception", "fit", "shape", "color", "bind", "retarget", "deform"])
-    add_run_arguments(parser)
+    photo: PhotoOptions = group(PhotoOptions)
+    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
+    actions: str = option("of the model, with commas; each becomes a clip", default="")
+    motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
+    model: str = option(MODEL, default="cmu")
+    frames: int = option("frames a clip, at most for files", default=60)
+    fps: float | None = option("resample the clips to this many frames a second", default=None)
+    seed: int = option("seed of the motions", default=0)
+    exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
+    stages: MovingStages = group(MovingStages)
+    running: RunOptions = group(RunOptions)
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Make the character and its clips; print the path last."""
-    import numpy as np
-
-    from a2v.formats.gltf import write_morph_glb
-    from a2v.formats.registry import write_character, writer_of
-    from a2v.types import Character
-    from pipelines.graph import video_graph
-    from pipelines.inputs import check_writable, motion_inputs, photo_parameters, stages_of
-    from pipelines.nodes.values import Poses, Vertices
-    from pipelines.progress import Bars
-    from pipelines.run import run as run_graph
-    from pipelines.store import Store
-
-    path = Path(settings.out)
-    writer_of(path, file_formats())
-    wanted = [(name, None) for name in _listed(settings.actions)] + [(Path(file).stem, file) for file in _listed(settings.motions)]
-    if not wanted:
-        raise InputError("no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions")
-    if doubles := [name for index, (name, _) in enumerate(wanted) if name in [other for other, _ in wanted[:index]]]:
-        raise InputError(f"clip '{doubles[0]}' is asked for twice; clips of one file need names of their own")
-    if settings.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
-        raise InputError("--exact writes one action to a .glb; leave the others out, or leave --exact out")
-    store = Store(settings.cache)
-    photo = photo_parameters(store, settings.photo, mask=settings.mask, keypoints=settings.keypoints, **stages_of(settings))
-    common = {"model": settings.model, "frames": settings.frames, "seed": settings.seed, "fps": settings.fps}
-    parameters = [motion_inputs(action=name, motion=file, **common) for name, file in wanted]
+    path = Path(options.out)
+    wanted = _wanted(options, path)
+    store = Store(options.running.cache)
+    photo = options.photo.parameters(store, options.stages)
+    parameters = [
+        motion_inputs(action=name, motion=file, model=options.model, frames=options.frames, seed=options.seed, fps=options.fps)
+        for name, file in wanted.items()
+    ]
     check_writable(path.parent)
     clips, character, exact = {}, None, None
-    for (name, file), moving in zip(wanted, parameters, strict=True):
-        bars = Bars(quiet=settings.quiet)
-        try:
-            outcome = run_graph(
-                ["character", "poses", *(["posed"] if settings.exact else [])],
-                graph=video_graph(recorded=file is not None),
-                executor=settings.executor,
-                workers=settings.workers,
-                address=settings.address,
-                store=store,
-                progress=bars,
-                **moving,
-                **photo,
-            )
-        finally:
-            bars.close()
+    targets = ["character", "poses", *(["posed"] if options.exact else [])]
+    for (name, file), moving in zip(wanted.items(), parameters, strict=True):
+        outcome = options.running.run(targets, moving | photo, graph=video_graph(recorded=file is not None))
         character, poses = outcome.get("character", Character), outcome.get("poses", Poses)
         clips[name] = (poses.bone_transforms, poses.fps)
-        if settings.exact:
+        if options.exact:
             exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
-        for text in outcome.notes:
-            print(f"note: {text}", file=sys.stderr)
+        options.running.tell(outcome, times=False)
     assert character is not None
     if exact is not None:
-        name = wanted[0][0]
+        name = next(iter(wanted))
         write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
     else:
-        write_character(path, character, clips, file_formats())
+        write_character(path, character, clips, FORMATS)
     print(path)
     return 0
+
+
+def _wanted(options: Options, path: Path) -> dict[str, str | None]:
+    """The clips to make, by name: None for an action of the model, else a motion file."""
+    writer_of(path, FORMATS)
+    wanted: dict[str, str | None] = {}
+    asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
+    for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
+        if name in wanted:
+            raise InputError(f"clip '{name}' is asked for twice; clips of one file need names of their own")
+        wanted[name] = file
+    if not wanted:
+        raise InputError("no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions")
+    if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
+        raise InputError("--exact writes one action to a .glb; leave the others out, or leave --exact out")
+    return wanted
 
 
 def _listed(text: str) -> list[str]:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+
+from pipelines.drawing import draw
+from pipelines.graph import video_graph
+from pipelines.options import option
 
 HELP = "Draw the pipeline's graph: nodes, what they need, and where they fan out over frames (t) and views (c)."
 EXAMPLES = """examples:
@@ -10,17 +14,16 @@ EXAMPLES = """examples:
   a2v dag --out dag.png"""
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    parser.add_argument("--out", default="dag.svg", help="picture to write; .svg, .png or .pdf, or .dot for Graphviz' source")
-    parser.add_argument("--drawer", default="auto", choices=["auto", "dot", "matplotlib"], help="auto: Graphviz' dot where it is installed")
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    out: str = option("picture to write; .svg, .png or .pdf, or .dot for Graphviz' source", default="dag.svg")
+    drawer: str = option("auto: Graphviz' dot where it is installed", default="auto", choices=("auto", "dot", "matplotlib"))
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Draw and print the path."""
-    from pipelines.drawing import draw
-    from pipelines.graph import video_graph
-
-    draw(video_graph(), settings.out, drawer=settings.drawer)
-    print(settings.out)
+    draw(video_graph(), options.out, drawer=options.drawer)
+    print(options.out)
     return 0

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.datasets import DATASETS
+from pipelines.motion_data import NAMES, DataOptions
+from pipelines.options import option
 
 HELP = "Check a motion data set's files and describe it."
 EXAMPLES = """examples:
@@ -12,20 +18,16 @@ EXAMPLES = """examples:
   a2v data bvh --data my_actions --bvh.fps 30 --bvh.units centimetres"""
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    from pipelines.motion_data import add_dataset_arguments
+@dataclass(frozen=True, kw_only=True)
+class Options(DataOptions):
+    """What the command takes."""
 
-    add_dataset_arguments(parser, positional=True)
+    dataset: str = option(NAMES, names=("dataset",), choices=DATASETS)
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Load every clip (which checks it) and print a summary."""
-    import numpy as np
-
-    from pipelines.motion_data import open_dataset
-
-    found = open_dataset(settings)
+    found = options.open()
     lengths = np.array([len(joints) for joints in found.joints])
     print(f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects")
     print(f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints")

@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+
+from a2v.studio.dataset import write_views
+from a2v.studio.settings import StudioSettings
+from pipelines.bar import bar
+from pipelines.options import group, option
 
 HELP = "Make synthetic photographs of clothed people with the truth behind them: the data that the reconstruction is trained on."
 EXAMPLES = """examples:
   a2v studio --data ../shared/data --out runs/studio --training 3000 --validation 60
   a2v studio --data ../shared/data --out runs/studio --training 6000 --workers 4     goes on where it stopped
-  a2v studio --data ../shared/data --out runs/far --distance [6.0,12.0] --guide.depth_arms 12
+  a2v studio --data ../shared/data --out runs/far --distance [6.0,12.0] --guide.depth-arms 12
 
 Needs DIR/avatars (rigged .glb people) and DIR/cmu_mocap.zip or DIR/humanact12.zip (poses). A view is about 1.2 MB and takes about
 1.2 s of a core; the first run also fits the guide bodies (some minutes). Existing views are kept."""
 
 
-def add_arguments(parser: Any) -> None:
-    """Declare the options."""
-    from a2v.studio.settings import StudioSettings
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
 
-    parser.add_argument("--data", type=str, required=True, help="folder with avatars/ and the motion data")
-    parser.add_argument("--out", type=str, required=True, help="folder of the data set")
-    parser.add_argument("--training", type=int, default=1000, help="views of the training split, in all")
-    parser.add_argument("--validation", type=int, default=60, help="views of people and outfits that training never shows, in all")
-    parser.add_argument("--workers", type=int, default=1, help="processes, each on one core")
-    parser.add_class_arguments(StudioSettings, None)
+    data: str = option("folder with avatars/ and the motion data")
+    out: str = option("folder of the data set")
+    training: int = option("views of the training split, in all", default=1000)
+    validation: int = option("views of people and outfits that training never shows, in all", default=60)
+    workers: int = option("processes, each on one core", default=1)
+    studio: StudioSettings = group(StudioSettings)
 
 
-def run(settings: Any) -> int:
+def run(options: Options) -> int:
     """Fill the folder; validation views first."""
-    from a2v.studio.dataset import write_views
-    from a2v.studio.settings import StudioSettings
-    from pipelines.bar import bar
-
-    chosen = StudioSettings(**{name: settings[name] for name in StudioSettings.__dataclass_fields__})
-    counts = {"validation": settings.validation, "training": settings.training}
+    counts = {"validation": options.validation, "training": options.training}
     with bar("views", "view") as progress:
-        rate = write_views(settings.out, settings.data, counts, settings=chosen, workers=settings.workers, progress=progress)
-    print(f"{settings.out}: {settings.training} training and {settings.validation} validation views; {rate:.2f} new ones a second")
+        rate = write_views(options.out, options.data, counts, settings=options.studio, workers=options.workers, progress=progress)
+    print(f"{options.out}: {options.training} training and {options.validation} validation views; {rate:.2f} new ones a second")
     return 0

@@ -1,0 +1,220 @@
+"""Options of commands as dataclasses: one field, one option, by the same name on the command line, in YAML and in Python.
+
+A command's ``Options`` is a frozen, keyword-only dataclass of `option`, `flag`, `group` and `settings` fields; `parse` makes one of the command
+line. Names have hyphens for users; underscores are the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import inspect
+import re
+import shutil
+import typing
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
+
+import jsonargparse
+import yaml
+
+from a2v.errors import InputError
+
+T = TypeVar("T")
+
+_WIDTH = 124
+_MODE = "a2v"
+
+
+def option(
+    help: str,
+    *,
+    default: object = dataclasses.MISSING,
+    names: Sequence[str] = (),
+    metavar: str | None = None,
+    choices: Sequence[str] | None = None,
+    many: str = "",
+    rare: bool = False,
+) -> Any:
+    """A field that is an option; required where it has no default.
+
+    Parameters
+    ----------
+    names : what users call it, if not the field's name; without hyphens before it, a positional argument
+    metavar : what its value is called
+    many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
+    rare : shown by ``--help-all`` only
+    """
+    facts = {"help": help, "names": tuple(names), "metavar": metavar, "choices": choices, "many": many, "rare": rare}
+    return dataclasses.field(default=default, metadata={"option": facts})
+
+
+def flag(help: str, *, rare: bool = False) -> Any:
+    """A field that is True where the option is given."""
+    facts = {"help": help, "names": (), "metavar": None, "choices": None, "many": "flag", "rare": rare}
+    return dataclasses.field(default=False, metadata={"option": facts})
+
+
+def group(kind: type[T]) -> T:
+    """A field that holds a dataclass whose fields are options of their own, such as those that several commands share."""
+    return dataclasses.field(default_factory=lambda: kind(), metadata={"group": True})
+
+
+def settings(kind: type[T]) -> T:
+    """A field that holds the library's settings: options ``--field.name``, shown by ``--help-all``."""
+    return dataclasses.field(default_factory=kind, metadata={"settings": True})
+
+
+class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpFormatter):
+    """Names with hyphens, defaults, and the examples as they are written."""
+
+    def __init__(self, prog: str, **given: Any) -> None:
+        width = min(shutil.get_terminal_size((_WIDTH, 50)).columns - 2, _WIDTH)
+        super().__init__(prog, **(given | {"max_help_position": 30, "width": width}))  # type: ignore[no-untyped-call]  # of jsonargparse
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        return _with_hyphens(super()._format_action_invocation(action))
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        text = action.help or ""
+        nothing = action.default is False or action.default in (None, "", (), [], argparse.SUPPRESS)
+        return text if nothing or action.required or not action.option_strings else f"{text} (default: %(default)s)".lstrip()
+
+
+def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, examples: str) -> T:
+    """The options that `arguments` give; ``--help`` and ``--help-all`` print and end the program.
+
+    Parameters
+    ----------
+    command : its name, such as ``video``
+    about : what it does, in a line
+    examples : shown below the options
+
+    Raises
+    ------
+    InputError
+        Unknown, missing or malformed options.
+    """
+    given = [_with_underscores(argument) for argument in arguments]
+    everything = "--help_all" in given
+    parser = _parser(kind, f"a2v {command}", about, examples, everything)
+    try:
+        found = parser.instantiate(parser.parse_args(["--help"] if everything else given))
+    except argparse.ArgumentError as error:
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
+        raise InputError(f"{_with_hyphens(text)}; see a2v {command} --help") from None
+    return _made(kind, found)
+
+
+def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) -> jsonargparse.ArgumentParser:
+    load = jsonargparse.get_loader("yaml")
+    jsonargparse.set_loader(_MODE, lambda text: _keys_with_underscores(load(text)), (yaml.YAMLError,))
+    parser = jsonargparse.ArgumentParser(
+        prog=prog, description=about, epilog=examples, formatter_class=_Formatter, exit_on_error=False, parser_mode=_MODE
+    )
+    rare = {"print_config", *_add(parser, kind)}
+    parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
+    if any(action.dest in rare for action in parser._actions if action.dest != "print_config"):
+        parser.add_argument("--help_all", action="store_true", help="every setting, those of the stages too")
+    for action in parser._actions:
+        if not everything and any(action.dest == name or action.dest.startswith(f"{name}.") for name in rare):
+            action.help = argparse.SUPPRESS
+    needed = [action for action in parser._actions if action.required]
+    shown = [
+        f"{action.option_strings[0]} {action.metavar or action.dest.upper()}" if action.option_strings else action.dest for action in needed
+    ]
+    parser.usage = " ".join([prog, *map(_with_hyphens, shown), "[options]"]).replace("%", "%%")
+    return parser
+
+
+def _add(parser: jsonargparse.ArgumentParser, kind: type) -> Iterator[str]:
+    """Add a dataclass' fields to `parser`; gives the names of those that are shown by ``--help-all`` only."""
+    hints = typing.get_type_hints(kind)
+    for item in dataclasses.fields(kind):
+        if "option" in item.metadata:
+            _add_option(parser, item, hints[item.name])
+            if item.metadata["option"]["rare"]:
+                yield item.name
+        elif "group" in item.metadata:
+            yield from _add(parser, hints[item.name])
+        elif "settings" in item.metadata:
+            parser.add_class_arguments(hints[item.name], item.name)
+            _describe(parser, hints[item.name], f"{item.name}.")
+            yield item.name
+        else:  # the library's settings as a group
+            parser.add_class_arguments(kind, None)
+            _describe(parser, kind, "")
+            yield from (one.name for one in dataclasses.fields(kind) if dataclasses.is_dataclass(hints[one.name]))
+            return
+
+
+def _add_option(parser: jsonargparse.ArgumentParser, item: dataclasses.Field[Any], kind: Any) -> None:
+    facts = item.metadata["option"]
+    names = facts["names"] or (f"--{item.name}",)
+    how: dict[str, Any] = {"help": facts["help"]}
+    if names[0].startswith("-"):
+        how |= {"dest": item.name, "required": item.default is dataclasses.MISSING}
+    if item.default is not dataclasses.MISSING:
+        how["default"] = item.default
+    if facts["metavar"]:
+        how["metavar"] = facts["metavar"]
+    if facts["many"]:
+        how |= {"flag": {"action": "store_true"}, "repeated": {"action": "append"}, "listed": {"nargs": "+"}}[facts["many"]]
+        how["default"] = False if facts["many"] == "flag" else []
+    elif facts["choices"]:
+        how["choices"] = tuple(facts["choices"])
+    elif kind is not str:
+        how["type"] = kind
+    parser.add_argument(*names, **how)
+
+
+def _describe(parser: jsonargparse.ArgumentParser, kind: type, prefix: str) -> None:
+    """Give the options of the library's settings the words of their docstrings."""
+    text = inspect.cleandoc(kind.__doc__ or "")
+    found = re.findall(r"^(\w+(?:, \w+)*) : .*\n((?:[ \t]+.*\n?|\n)+)", text, re.MULTILINE)
+    about = {name: " ".join(words.replace("`", "").split()) for names, words in found for name in names.split(", ")}
+    hints = typing.get_type_hints(kind)
+    for action in parser._actions:
+        name = action.dest.removeprefix(prefix)
+        if action.dest == prefix + name and name in about:
+            action.help = about[name].removesuffix(".")
+        elif action.dest == prefix.removesuffix("."):
+            action.help = "YAML file of these settings"
+    for section in parser._action_groups:
+        if section.title == str(kind):
+            section.title = " ".join([*([f"--{prefix}*"] if prefix else []), text.split("\n\n")[0].replace("\n", " ").removesuffix(".")])
+    for item in dataclasses.fields(kind):
+        if dataclasses.is_dataclass(hints[item.name]):
+            _describe(parser, typing.cast(type, hints[item.name]), f"{prefix}{item.name}.")
+
+
+def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
+    """The dataclass that parsed options fill."""
+    hints = typing.get_type_hints(kind)
+    values: dict[str, object] = {}
+    for item in dataclasses.fields(typing.cast(Any, kind)):
+        if "group" in item.metadata:
+            values[item.name] = _made(hints[item.name], found)
+        else:
+            value = found[item.name]
+            values[item.name] = tuple(value) if isinstance(value, list) and "option" in item.metadata else value
+    return kind(**values)
+
+
+def _with_hyphens(text: str) -> str:
+    return re.sub(r"--[\w.]+", lambda name: name[0].replace("_", "-"), text)
+
+
+def _with_underscores(argument: str) -> str:
+    """An argument as the parser knows it: the name alone, not the value, loses its hyphens."""
+    if not argument.startswith("--"):
+        return argument
+    name, given, value = argument[2:].partition("=")
+    return f"--{name.replace('-', '_')}{given}{value}"
+
+
+def _keys_with_underscores(value: object) -> object:
+    if isinstance(value, dict):
+        return {str(key).replace("-", "_"): _keys_with_underscores(item) for key, item in value.items()}
+    return value

@@ -1,0 +1,181 @@
+"""Options: one dataclass a command, hyphens for users, settings of stages, and the command lines that the pages show."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import shlex
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import get_type_hints
+
+import pytest
+
+from a2v.body import FitSettings
+from a2v.errors import InputError
+from pipelines.cli import available, main
+from pipelines.options import flag, group, option, parse, settings
+
+ROOT = Path(__file__).resolve().parents[1]
+COMMANDS = sorted(path.stem.replace("_", " ") for path in (ROOT / "pipelines" / "commands").glob("[a-z]*.py"))
+WITH_OPTIONS = [name for name in COMMANDS if name != "train"]
+
+
+def module_of(name: str):
+    return importlib.import_module(f"pipelines.commands.{name.replace(' ', '_')}")
+
+
+def options_of(name: str, *arguments: str):
+    module = module_of(name)
+    return parse(module.Options, arguments, command=name, about=module.HELP, examples=module.EXAMPLES)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shared:
+    start_frames: int | None = option("frames of the start", default=None)
+    quiet: bool = flag("no bars")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    out: str = option("file")
+    name: tuple[str, ...] = option("names", default=(), many="repeated")
+    seed: int = option("seed", default=0, rare=True)
+    start: str | None = option("node", default=None, names=("--from",), metavar="NODE")
+    shared: Shared = group(Shared)
+    fit: FitSettings = settings(FitSettings)
+
+
+def given(*arguments: str) -> Options:
+    return parse(Options, arguments, command="make", about="Make it.", examples="examples: none")
+
+
+def test_a_command_line_fills_the_dataclass():
+    assert given("--out", "a") == Options(out="a", fit=FitSettings(), shared=Shared())
+    made = given(
+        "--out", "a_b-c", "--name", "x_y", "--name=z-z", "--start-frames", "3", "--quiet", "--from", "base", "--fit.silhouette-weight", "2"
+    )
+    assert made.out == "a_b-c"
+    assert made.name == ("x_y", "z-z")
+    assert made.shared == Shared(start_frames=3, quiet=True)
+    assert made.start == "base"
+    assert made.fit == FitSettings(silhouette_weight=2.0)
+
+
+def test_hyphens_and_underscores_are_the_same_on_the_command_line_and_in_files(tmp_path):
+    wanted = given("--out", "a", "--start_frames", "3", "--fit.silhouette_weight=2")
+    assert given("--out", "a", "--start-frames", "3", "--fit.silhouette-weight=2") == wanted
+    for text in (
+        "out: a\nstart_frames: 3\nfit:\n  silhouette_weight: 2\n",
+        "out: a\nstart-frames: 3\nfit:\n  silhouette-weight: 2\n",
+    ):
+        (tmp_path / "a.yaml").write_text(text)
+        assert given("--config", str(tmp_path / "a.yaml")) == wanted
+    (tmp_path / "fit.yaml").write_text("silhouette-weight: 2\n")
+    assert given("--out", "a", "--start-frames", "3", "--fit", str(tmp_path / "fit.yaml")) == wanted
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "out"),
+        (("--out", "a", "--sedd", "1"), "--sedd"),
+        (("--out", "a", "--seed", "one"), "--seed"),
+        (("--out", "a", "--fit.silhouette_weight", "much"), "--fit.silhouette-weight"),
+        (("--out", "a", "--start-frames", "many"), "--start-frames"),
+    ],
+)
+def test_what_is_wrong_is_one_line_with_the_options_name(arguments, words):
+    with pytest.raises(InputError) as caught:
+        given(*arguments)
+    assert words in str(caught.value)
+    assert str(caught.value).endswith("; see a2v make --help")
+    assert "\n" not in str(caught.value)
+
+
+def shown(capsys, *arguments: str) -> str:
+    with pytest.raises(SystemExit) as caught:
+        main(list(arguments))
+    assert caught.value.code == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", WITH_OPTIONS)
+def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "126")
+    short = shown(capsys, *name.split(), "--help")
+    whole = shown(capsys, *name.split(), "--help-all") if "--help-all" in short else short
+    assert "examples:" in short
+    assert not re.search(r"--[\w.-]*_", whole), "names have hyphens"
+    assert "<class" not in whole
+    for section in re.findall(r"^--(\w+)\.\*", whole, re.MULTILINE):
+        assert f"--{section}." not in short.partition("examples:")[0]
+    for item, kind in get_type_hints(module_of(name).Options).items():
+        if is_dataclass(kind) and not any(one.metadata for one in fields(kind)) and f"--{item}.*" in whole:
+            assert all(f"--{item}.{one.name.replace('_', '-')}" in whole for one in fields(kind)), kind
+
+
+def test_the_videos_help_fits_a_screen(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "126")
+    lines = shown(capsys, "video", "--help").splitlines()
+    assert len(lines) <= 50
+    assert max(map(len, lines)) <= 126
+    everything = shown(capsys, "video", "--help-all")
+    assert "--fit.silhouette-weight" in everything
+    assert "Weight of the silhouette" in everything
+
+
+def test_training_has_a_command_for_each_kind_of_model(capsys):
+    assert main(["train"]) == 2
+    assert main(["train", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(f"a2v train {name}" in text for name in ("motion", "flow", "classifier", "reconstruction"))
+    assert main(["train", "flwo"]) == 2
+    assert "did you mean flow?" in capsys.readouterr().err
+    common = ["--dataset", "cmu", "--data", "d", "--out", "o"]
+    assert options_of("train flow", *common, "--guided_until", "0.5").guided_until == 0.5
+    with pytest.raises(InputError, match="guided"):
+        options_of("train motion", *common, "--guided-until", "0.5")
+
+
+def command_lines(text: str) -> list[str]:
+    """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
+    text = re.sub(r"\\\n\s*", " ", text)
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    found = [line.strip().removeprefix("$ ") for block in blocks for line in block.splitlines()]
+    found += re.findall(r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))
+    return [line for line in found if re.match(r"a2v \w", line)]
+
+
+def examples_of(name: str) -> list[str]:
+    return [line.strip() for line in module_of(name).EXAMPLES.splitlines() if line.startswith("  a2v ")]
+
+
+PAGES = {
+    path.relative_to(ROOT).as_posix(): command_lines(path.read_text())
+    for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"))
+}
+PAGES |= {f"a2v {name} --help": examples_of(name) for name in COMMANDS}
+
+
+@pytest.mark.parametrize("page", [page for page, lines in PAGES.items() if lines])
+def test_the_command_lines_that_are_shown_are_understood(page):
+    for line in PAGES[page]:
+        words = shlex.split(re.split(r"\s{2,}|\s#\s|\s\|\s| > |;", line)[0])[1:]  # what follows is a remark or another program
+        name, rest = " ".join(words[:2]), words[2:]
+        if name not in COMMANDS:
+            name, rest = words[0], words[1:]
+        assert words[0] in available(), line
+        if name == "train" or not rest or {"--help", "--help-all", "..."} & set(rest):
+            continue  # names the command alone
+        assert understood(name, rest, whole=not page.startswith("docs/")), line
+
+
+def understood(name: str, arguments: list[str], *, whole: bool) -> bool:
+    """Whether a command takes `arguments`; unless they are the `whole`, what it needs may be missing or stand for something."""
+    try:
+        options_of(name, *arguments)
+    except InputError as error:
+        if whole or not re.search(r"required|expected one argument|invalid choice: '[A-Z]+'", str(error)):
+            raise
+    return True

@@ -159,7 +159,9 @@ def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str])
         raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
     print(f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)\n\n{command.HELP}\n")
     print(f"{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}")
-    return 0 if arguments else 2
+    if arguments:
+        raise SystemExit(0)  # as every command's help ends
+    return 2
 
 
 def _unknown(what: str, name: str, known: Collection[str]) -> InputError:

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -36,13 +35,32 @@ def fails(capsys, *arguments: object, code: int = 2) -> str:
     return lines[0]
 
 
-def test_help_comes_in_under_a_second():
-    start = time.perf_counter()
-    result = subprocess.run([sys.executable, "-m", "pipelines", "--help"], cwd=ROOT, capture_output=True, text=True, check=True)
-    seconds = time.perf_counter() - start
-    assert all(name in result.stdout for name in available())
-    assert seconds < 1.0
-    assert set(available()) <= set(COMMANDS)
+HEAVY = (
+    "anny",
+    "cv2",
+    "igl",
+    "jsonargparse",
+    "matplotlib",
+    "mediapipe",
+    "mitsuba",
+    "numba",
+    "onnxruntime",
+    "open3d",
+    "pipefunc",
+    "pymeshlab",
+    "scipy",
+    "torch",
+)
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys; from pipelines.cli import main; main(['--help']); print(*sys.modules)"
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    *shown, modules = result.stdout.splitlines()
+    assert all(name in "\n".join(shown) for name in available())
+    assert not set(HEAVY) & set(modules.split())
+    assert not [name for name in modules.split() if name.startswith("pipelines.commands.")]
+    assert set(available()) == set(COMMANDS)
 
 
 @pytest.mark.parametrize("name", sorted(available()))
@@ -245,12 +263,11 @@ def test_a_bad_option_is_explained(tmp_path, capsys, walk, options, words):
 
 def test_an_output_that_cannot_be_written_is_told_at_once(tmp_path, capsys, walk):
     blocked = write(tmp_path / "file", "")
-    start = time.perf_counter()
     assert "it is a file" in fails(capsys, *video(blocked, motion=walk))
     assert str(blocked) in fails(capsys, *video(blocked / "deeper", motion=walk))
     assert "--out" in fails(capsys, *video(Path("/proc/nowhere"), motion=walk))
     assert "cannot write" in fails(capsys, "dag", "--out", "/proc/nowhere/dag.svg", "--drawer", "matplotlib")
-    assert time.perf_counter() - start < 10
+    assert not list(Path(os.environ["A2V_CACHE"]).glob("calls/*")), "no node has run"
 
 
 @pytest.fixture

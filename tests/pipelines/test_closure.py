@@ -14,6 +14,7 @@ from pipelines.closure import PROJECT, Sources, imports_in, imports_of, parse
 from pipelines.graph import Step, video_graph
 
 ROOT = Path(__file__).resolve().parents[2]
+RUNS = " (what it runs)"
 STEPS = {step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)}
 
 
@@ -45,12 +46,13 @@ def digest(root: Path, step: Step) -> str:
 class Edited:
     """Files that differ inside the block: those given have one more line, or byte."""
 
-    def __init__(self, *paths: Path) -> None:
+    def __init__(self, *paths: Path, line: bytes = b"EDITED = 1") -> None:
+        self.line = line
         self.before = {path: path.read_bytes() for path in paths}
 
     def __enter__(self) -> None:
         for path, data in self.before.items():
-            path.write_bytes(data + (b"\nEDITED = 1\n" if path.suffix == ".py" else b"\0"))
+            path.write_bytes(data + (b"\n" + self.line + b"\n" if path.suffix == ".py" else b"\0"))
 
     def __exit__(self, *_: object) -> None:
         for path, data in self.before.items():
@@ -62,7 +64,11 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
     step = STEPS[name]
     own, before = own_file(step, tree), digest(tree, step)
     assert before == step.node.code(), "of this installation"
-    closure = [tree / label for label in Sources(tree).closure(own, name)]
+    labels = Sources(tree).closure(own, name)
+    closure = [tree / label for label in labels if not label.endswith(RUNS)]
+    for label in set(labels) - {path.relative_to(tree).as_posix() for path in closure}:
+        with Edited(tree / label.removesuffix(RUNS), line=b"print()"):
+            assert digest(tree, step) != before, label
     assert tree / "a2v" / "types.py" in closure
     for path in closure:
         if path != own:

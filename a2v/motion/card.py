@@ -163,7 +163,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "dataset_digest": entries.text("dataset_digest") if "dataset_digest" in entries.entries else "",
         "decoder": entries.text("decoder"),
         "licence": entries.text("licence"),
-        "held_out": entries.texts("held_out") if "held_out" in entries.entries else (),
+        "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
         "actions": entries.texts("actions"),
         "fps": entries.number("fps", low=0.1, high=1000),
         "frames": entries.integer("frames"),
@@ -206,11 +206,11 @@ class _Entries:
             self._checked(name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0)
         )
 
-    def texts(self, name: str) -> tuple[str, ...]:
-        """A list of different texts, at least one."""
+    def texts(self, name: str, *, least: int = 1) -> tuple[str, ...]:
+        """A list of different texts, at least `least`."""
 
         def right(value: Any) -> bool:
-            return isinstance(value, list) and all(isinstance(item, str) for item in value) and len(set(value)) == len(value) > 0
+            return isinstance(value, list) and all(isinstance(item, str) for item in value) and len(set(value)) == len(value) >= least
 
         return tuple(self._checked(name, "a list of different texts", right))
 

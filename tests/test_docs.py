@@ -6,10 +6,12 @@ import ast
 import importlib
 import importlib.util
 import re
+import shlex
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from pipelines.options import parse
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -49,6 +51,25 @@ def _is_module(name: str) -> bool:
         return importlib.util.find_spec(name) is not None
     except ModuleNotFoundError:
         return False
+
+
+def commands(page: Path) -> list[list[str]]:
+    """The words of every whole command ``a2v ...`` on a page, in blocks and in the text."""
+    lines = [line.strip() for block in blocks(page, "") for line in block.replace("\\\n", " ").splitlines()]
+    lines += re.findall(
+        r"`(a2v [^`]*--[^`]*)`", re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    )
+    found = [shlex.split(line.removeprefix(".venv/bin/")[4:], comments=True) for line in lines if re.match(r"(\.venv/bin/)?a2v ", line)]
+    return [words for words in found if not {"...", "--help", "--help-all"} & set(words)]
+
+
+@each_page()
+def test_commands_on_the_page_have_these_options(page):
+    for words in commands(page):
+        two = "_".join(words[:2])
+        sub = importlib.util.find_spec(f"pipelines.commands.{two}") if two.isidentifier() else None
+        command = importlib.import_module(f"pipelines.commands.{two if sub else words[0]}")
+        parse(command.Options, words[2 if sub else 1 :], command=words[0], about=command.HELP, examples=command.EXAMPLES)
 
 
 @each_page()

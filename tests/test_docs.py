@@ -12,6 +12,8 @@ from types import ModuleType
 
 import pytest
 
+from pipelines.options import parse
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
     ROOT / "README.md",
@@ -64,12 +66,11 @@ def commands(page: Path) -> list[list[str]]:
 
 @each_page()
 def test_commands_on_the_page_have_these_options(page):
-    options = pytest.importorskip("pipelines.options")
     for words in commands(page):
         two = "_".join(words[:2])
         sub = importlib.util.find_spec(f"pipelines.commands.{two}") if two.isidentifier() else None
         command = importlib.import_module(f"pipelines.commands.{two if sub else words[0]}")
-        options.parse(command.Options, words[2 if sub else 1 :], command=words[0], about=command.HELP, examples=command.EXAMPLES)
+        parse(command.Options, words[2 if sub else 1 :], command=words[0], about=command.HELP, examples=command.EXAMPLES)
 
 
 @each_page()

@@ -93,8 +93,7 @@ def run(
         An unknown target, parameter or override (it names the nearest), or a missing parameter; and what nodes raise.
     """
     graph = video_graph() if graph is None else graph
-    store = store or Store()
-    overrides = dict(overrides or {})
+    store, overrides = store or Store(), dict(overrides or {})
     targets = (target,) if isinstance(target, str) else tuple(target)
     known = outputs_of(graph)
     check_names(graph, [*targets, *overrides, *fresh, *([start] if start else [])], known, "node")

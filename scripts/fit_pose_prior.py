@@ -2,7 +2,7 @@
 
     python scripts/fit_pose_prior.py --data ../shared/data --out a2v/body/data/pose_prior_anny.npz
 
-Frames of the papers' CMU set are turned into angles of Anny's rig by inverse kinematics on bone directions, batched
+Frames of the papers' CMU set become angles of Anny's rig by inverse kinematics on bone directions, batched
 in PyTorch; every pose is mirrored; joints that CMU's 20 joints do not show (twists, wrists, ankles' roll) get the spread
 of everyday poses. The mixture is fitted by EM (scikit-learn).
 """
@@ -17,12 +17,14 @@ import torch
 
 from a2v.body import load_body_model
 from a2v.body.anny import AnnyModel
+from a2v.body.lbfgs import minimize
 from a2v.body.pose_space import PoseSpace, pose_space
+from a2v.body.terms import outside
 from a2v.datasets import load_cmu
 from a2v.io import sha256, write_npz
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
 
-# (from, to) joints of CMU, (from, to) bones of Anny whose heads are these joints, weight
+# (from, to) joints of CMU, (from, to) bones of Anny whose heads are these joints, weight (chosen by hand: feet and heads are shorter than limbs)
 DIRECTIONS = [
     *(
         pair
@@ -44,7 +46,7 @@ UNSEEN = ("arm_twist", "forearm_twist", "wrist_bend", "wrist_deviate", "ankle_tw
 
 
 def inverse_kinematics(
-    joints: np.ndarray, names: tuple[str, ...], model: AnnyModel, space: PoseSpace, steps: int = 120
+    joints: np.ndarray, names: tuple[str, ...], *, model: AnnyModel, space: PoseSpace, steps: int = 120
 ) -> tuple[np.ndarray, np.ndarray]:
     """Angles (N, D) of Anny's rig whose bones point like those of CMU's joints (N, 20, 3), and the mean angle between them (N,), degrees."""
     place = {name: index for index, name in enumerate(names)}
@@ -64,25 +66,20 @@ def inverse_kinematics(
     natural, spread, limits = (torch.from_numpy(value) for value in (space.natural, space.spread, space.limits))
     root = torch.zeros(len(joints), 3, requires_grad=True)
     angles = natural.expand(len(joints), -1).clone().requires_grad_()
-    optimizer = torch.optim.LBFGS([root, angles], max_iter=steps, history_size=10, line_search_fn="strong_wolfe")
 
     def directions() -> torch.Tensor:
         rotmats = rotvec_to_rotmat(space.rotvecs(angles))
-        turned = rotvec_to_rotmat(root) @ rotvec_to_rotmat(base)
-        transforms = model.pose_bones(torch.cat([turned[:, None], rotmats[:, 1:]], dim=1), heads)
+        root_rotmats = rotvec_to_rotmat(root) @ rotvec_to_rotmat(base)
+        transforms = model.pose_bones(torch.cat([root_rotmats[:, None], rotmats[:, 1:]], dim=1), heads)
         vector = transforms[:, last, :3, 3] - transforms[:, first, :3, 3]
         return vector / vector.norm(dim=-1, keepdim=True)
 
-    def closure() -> torch.Tensor:
-        optimizer.zero_grad()
+    def loss() -> torch.Tensor:
         square = (weight * (directions() - target).square().sum(-1)).sum() / 0.05**2
-        prior = ((angles - natural) / (2 * spread)).square().sum()
-        beyond = (limits[:, 0] - angles).clamp(min=0) + (angles - limits[:, 1]).clamp(min=0)
-        loss = square + 0.1 * prior + (beyond / 0.05).square().sum()
-        loss.backward()
-        return loss
+        everyday = ((angles - natural) / (2 * spread)).square().sum()
+        return square + 0.1 * everyday + outside(angles, limits, tolerance=0.05)
 
-    optimizer.step(closure)
+    minimize(loss, [root, angles], steps=steps, history=10)
     with torch.no_grad():
         cosine = (directions() * target).sum(-1).clamp(-1, 1)
         error = torch.rad2deg(torch.arccos(cosine)).mean(dim=1)
@@ -106,7 +103,7 @@ def main() -> None:
     model = load_body_model("anny")
     space = pose_space(model)
     parts = [
-        inverse_kinematics(frames[start : start + 500].astype(np.float64), dataset.skeleton.joint_names, model, space)
+        inverse_kinematics(frames[start : start + 500].astype(np.float64), dataset.skeleton.joint_names, model=model, space=space)
         for start in range(0, len(frames), 500)
     ]
     angles, error = (np.concatenate(values) for values in zip(*parts, strict=True))

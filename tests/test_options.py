@@ -140,8 +140,8 @@ def test_training_has_a_command_for_each_kind_of_model(capsys):
 def command_lines(text: str) -> list[str]:
     """Command lines of a2v in a page's code: in blocks, and in a line of the text."""
     text = re.sub(r"\\\n\s*", " ", text)
-    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    found = [line.strip().removeprefix("$ ") for block in blocks for line in block.splitlines()]
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    found = [line.strip().removeprefix("$ ") for kind, block in blocks if kind != "python" for line in block.splitlines()]
     found += re.findall(r"`(a2v [^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))
     return [line for line in found if re.match(r"a2v \w", line)]
 

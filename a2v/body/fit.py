@@ -16,12 +16,13 @@ from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
 from a2v.body.settings import FitSettings
-from a2v.body.silhouette import rasterize, silhouette_iou
+from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
 from a2v.body.start import candidates
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
+from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Progress, Subject, Surface
 
@@ -212,7 +213,7 @@ class _Fit:
         residuals = {**self._landmark_errors(body, camera, height), "height": height, **found}
         if (mask := self.evidence.mask) is not None:
             raster = rasterize(body.vertices, body.faces, camera, mask.inside.shape, step=mask.step)["mask"]
-            residuals["silhouette_iou"] = silhouette_iou(raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known)
+            residuals["silhouette_iou"] = mask_iou(raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known)
         if samples is not None:
             residuals["surface_mean"] = samples.mean_distance(body.vertices, body.faces)
         self.progress(self.total, self.total)

@@ -136,13 +136,13 @@ def rasterize(
     dict with `mask` (h, w) bool, `depth` (h, w) float32 z in metres (-inf outside), `face` (h, w) int64 (-1 outside),
     `barycentric` (h, w, 2) float32 open3d's u, v.
     """
-    scene, tensor = ray_scene(vertices, faces)
+    scene = ray_scene(vertices, faces)
     height, width = shape
     u, v = np.meshgrid((np.arange(width) + 0.5) * step, (np.arange(height) + 0.5) * step)
     far = float(vertices[:, 2].max()) + 1.0
     origin = camera.unproject(np.stack([u, v], axis=-1), far)
     rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=-1).astype(np.float32)
-    hits = scene.cast_rays(tensor(rays), nthreads=1)
+    hits = scene.cast_rays(rays, nthreads=1)
     reach = hits["t_hit"].numpy()
     mask = np.isfinite(reach)
     return {
@@ -151,12 +151,6 @@ def rasterize(
         "face": np.where(mask, hits["primitive_ids"].numpy().astype(np.int64), -1),
         "barycentric": hits["primitive_uvs"].numpy(),
     }
-
-
-def silhouette_iou(first: BoolArray, second: BoolArray) -> float:
-    """Intersection over union of two masks; 1 if both are empty."""
-    union = np.logical_or(first, second).sum()
-    return float(np.logical_and(first, second).sum() / union) if union else 1.0
 
 
 def rim_vertices(

@@ -55,8 +55,8 @@ class SurfaceSamples:
 
     def mean_distance(self, vertices: FloatArray, faces: IntArray) -> float:
         """Mean distance in metres from the samples to the body's surface."""
-        scene, tensor = ray_scene(vertices, faces)
-        return float(scene.compute_distance(tensor(self.points.astype(np.float32)), nthreads=1).numpy().mean())
+        scene = ray_scene(vertices, faces)
+        return float(scene.compute_distance(self.points.astype(np.float32), nthreads=1).numpy().mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,11 +115,11 @@ def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 def _joints_inside(surface: Surface, camera: OrthographicCamera, evidence: Evidence) -> tuple[FloatArray, FloatArray]:
     """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each keypoint."""
-    scene, tensor = ray_scene(surface.vertices, surface.faces)
+    scene = ray_scene(surface.vertices, surface.faces)
     far = float(surface.vertices[:, 2].max()) + 1.0
     origin = camera.unproject(evidence.pixels, far)
     rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=1).astype(np.float32)
-    hits = scene.list_intersections(tensor(rays), nthreads=1)
+    hits = scene.list_intersections(rays, nthreads=1)
     ray, reach = hits["ray_ids"].numpy(), hits["t_hit"].numpy()
     targets, weights = np.zeros((len(BLAZEPOSE), 3)), np.zeros(len(BLAZEPOSE))
     for index, name in enumerate(BLAZEPOSE):

@@ -10,6 +10,7 @@ from a2v.animation.posture import standing_posture, straightened, upright_back
 from a2v.animation.rig import SIDES, Rig, joints_of, place, rig_of
 from a2v.animation.source import heading_rotmat, source_joints
 from a2v.evaluation.physics import foot_skating
+from a2v.geometry.vectors import unit
 from a2v.types import Body, FloatArray, Motion
 
 _LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
@@ -88,9 +89,6 @@ def _torso(source: dict[str, FloatArray]) -> FloatArray:
 
 def _scaled(source: dict[str, FloatArray], back: FloatArray, rig: Rig) -> dict[str, FloatArray]:
     """Joints relative to the middle of the hips that have the source's bone directions and the body's bone lengths."""
-
-    def unit(vectors: FloatArray) -> FloatArray:
-        return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)  # type: ignore[no-any-return]
 
     torso = unit(back) * np.linalg.norm(rig.middle("shoulder") - rig.middle("hip"))
     out: dict[str, FloatArray] = {}

@@ -6,16 +6,31 @@ from typing import Any
 
 import numpy as np
 
+from a2v.geometry.vectors import unit
 from a2v.types import FloatArray, IntArray
 
 
-def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Unit normals (V, 3) weighted by face area; zero where a vertex has no face."""
-    corners = vertices[faces]
+def vertex_normals(vertices: FloatArray, faces: IntArray, *, dtype: type[np.floating[Any]] = np.float64) -> FloatArray:
+    """Unit normals (V, 3) float64 weighted by face area; zero where a vertex has no face.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    faces : (F, 3) int
+        Counter-clockwise seen from outside.
+    dtype : floating type
+        Of the faces' normals before they are added up.
+    """
+    corners = np.asarray(vertices, dtype)[faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.stack([np.bincount(faces.ravel(), np.repeat(normal[:, a], 3), len(vertices)) for a in range(3)], -1)
-    result: FloatArray = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)
-    return result
+    return unit(np.asarray(total, np.float64), least=1e-20)
+
+
+def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Unit normals (F, 3) float32, worked out in float64; zero for degenerate faces."""
+    corner = vertices[faces].astype(np.float64)
+    return unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])).astype(np.float32)
 
 
 def vertex_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -66,6 +81,32 @@ def piece_of_faces(count: int, faces: IntArray) -> IntArray:
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
     _, label = connected_components(sp.csr_matrix((np.ones(len(edges), bool), tuple(edges.T)), (count, count)), directed=False)
     return np.asarray(np.unique(label[faces[:, 0]], return_inverse=True)[1])
+
+
+def signed_volumes(vertices: FloatArray, faces: IntArray, piece: IntArray) -> FloatArray:
+    """Volume enclosed by each piece, m³, negative where its faces look inwards; `piece` (F,) numbers the pieces of the faces."""
+    corners = np.asarray(vertices, np.float64)[faces]
+    return np.asarray(np.bincount(piece, np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6))
+
+
+def keep_pieces(vertices: FloatArray, faces: IntArray, share: float = 1.0) -> tuple[FloatArray, IntArray]:
+    """The connected piece of largest volume, and others of at least `share` of it. Bubbles inside look inwards and go as well."""
+    piece = piece_of_faces(len(vertices), faces)
+    volumes = signed_volumes(vertices, faces, piece)
+    good = volumes >= share * volumes.max()
+    faces = faces[good[piece]]
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return vertices[used], renumbered.reshape(-1, 3)
+
+
+def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
+    """Whether every edge joins two faces that agree about outside, no vertex is left over, and every piece encloses a volume."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    there = np.sort(edges[:, 0] * np.int64(len(vertices)) + edges[:, 1])
+    back = np.sort(edges[:, 1] * np.int64(len(vertices)) + edges[:, 0])
+    if not len(faces) or (there[1:] == there[:-1]).any() or (there != back).any() or len(np.unique(faces)) != len(vertices):
+        return False
+    return bool((signed_volumes(vertices, faces, piece_of_faces(len(vertices), faces)) > 0).all())
 
 
 class Cholesky:

@@ -7,21 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from a2v.geometry.mesh import face_normals
+from a2v.geometry.vectors import unit
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
-
-
-def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Unit normals (F, 3) float32; zero for degenerate faces."""
-    corner = vertices[faces].astype(np.float64)
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12), np.float32)
 
 
 def facing(normals: FloatArray, side: int) -> FloatArray:
     """Unit normals (n, 3) as seen from +z (`side` 1) or -z (-1): interpolated ones that point away from there are tilted to the rim."""
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
+    normals = unit(normals, least=1e-9)
     normals[:, 2] = side * np.maximum(side * normals[:, 2], 0)
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
+    return unit(normals, least=1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +39,29 @@ def _mix(corners: FloatArray, uv: FloatArray) -> FloatArray:
     return np.asarray((1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2], np.float32)
 
 
+def ray_scene(vertices: FloatArray, faces: IntArray, *, threads: int = 1) -> Any:
+    """Open3D's ray casting scene (Embree) of one mesh, vertices (V, 3) metres and faces (F, 3), built on `threads` threads (0: all cores).
+
+    It takes float32 arrays: rays (..., 6), an origin and a direction each, or points (..., 3).
+    """
+    import open3d
+
+    scene: Any = open3d.t.geometry.RaycastingScene(nthreads=threads)
+    scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
+    return scene
+
+
 class RayScene:
     """Embree (by open3d) on one thread: rays, shadows and closest points of one mesh."""
 
     def __init__(self, vertices: FloatArray, faces: IntArray):
         """`vertices` (V, 3), `faces` (F, 3)."""
-        from a2v.geometry.rays import ray_scene
+        self._scene = ray_scene(vertices, faces)
 
-        self._scene, self._tensor = ray_scene(vertices, faces)
-
-    def _rays(self, origins: FloatArray, directions: FloatArray) -> Any:
+    def _rays(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
         rays = np.empty((len(origins), 6), np.float32)
         rays[:, :3], rays[:, 3:] = origins, directions
-        return self._tensor(rays)
+        return rays
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> Hits:
         """First hits of rays from `origins` (n, 3) along `directions` (n, 3) or (3,)."""
@@ -77,7 +82,7 @@ class RayScene:
 
     def closest(self, points: FloatArray) -> Hits:
         """Closest points of the mesh to `points` (n, 3)."""
-        found = self._scene.compute_closest_points(self._tensor(np.ascontiguousarray(points, np.float32)), nthreads=1)
+        found = self._scene.compute_closest_points(np.ascontiguousarray(points, np.float32), nthreads=1)
         distance = np.linalg.norm(points - found["points"].numpy(), axis=1)
         face, uv = found["primitive_ids"].numpy().astype(np.int64), found["primitive_uvs"].numpy()
         return Hits(np.ones(len(points), bool), distance, face, uv)
@@ -164,13 +169,3 @@ def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
     hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
     return Hits(hit, distance, face, uv)
-
-
-def ray_scene(vertices: FloatArray, faces: IntArray) -> tuple[Any, Any]:
-    """An Embree scene of one mesh, on one thread, and open3d's constructor of tensors."""
-    import open3d
-
-    tensor: Any = open3d.core.Tensor
-    scene = open3d.t.geometry.RaycastingScene(nthreads=1)
-    scene.add_triangles(tensor(np.ascontiguousarray(vertices, dtype=np.float32)), tensor(faces.astype(np.uint32)))
-    return scene, tensor

@@ -7,16 +7,9 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
-
-
-def raycasting_scene(vertices: FloatArray, faces: IntArray) -> Any:
-    """An Open3D ray casting scene of one triangle mesh: vertices (V, 3) metres, faces (F, 3)."""
-    import open3d as o3d
-
-    scene: Any = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
-    return scene
 
 
 def cast_depth(scene: Any, x: FloatArray, y: FloatArray, front: float) -> FloatArray:
@@ -38,13 +31,13 @@ def depth_map(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera,
     """
     columns, rows = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
     points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
-    scene = raycasting_scene(vertices, faces)
+    scene = ray_scene(vertices, faces, threads=0)
     return cast_depth(scene, points[..., 0], points[..., 1], float(np.max(vertices[:, 2])) + 1.0)
 
 
 def visible_vertices(vertices: FloatArray, faces: IntArray, *, tolerance: float = 0.002) -> BoolArray:
     """Whether the camera on +z sees each vertex (V,): nothing lies more than `tolerance` metres before it, and it faces the camera."""
-    scene = raycasting_scene(vertices, faces)
+    scene = ray_scene(vertices, faces, threads=0)
     depth = cast_depth(scene, vertices[:, 0], vertices[:, 1], float(vertices[:, 2].max()) + 1.0)
     near = ~np.isfinite(depth) | (depth <= vertices[:, 2] + tolerance)
     return near & (vertex_normals(vertices, faces)[:, 2] > 0)
@@ -67,20 +60,3 @@ def person_box(vertices: FloatArray, person: BoolArray, camera: OrthographicCame
     low = np.minimum(vertices.min(axis=0), [*corners[0, :2], np.inf])
     high = np.maximum(vertices.max(axis=0), [*corners[1, :2], -np.inf])
     return np.stack([low, high])
-
-
-def contour_distance(person: BoolArray) -> FloatArray:
-    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels, negative inside."""
-    import cv2
-
-    out = cv2.distanceTransform((~person).astype(np.uint8), cv2.DIST_L2, 5)
-    into = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
-    return np.where(person, 0.5 - into, out - 0.5)
-
-
-def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Area-weighted unit normals (V, 3) float64."""
-    corners = np.asarray(vertices, np.float64)[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    total = np.stack([np.bincount(faces.ravel(), np.repeat(normals[:, axis], 3), minlength=len(vertices)) for axis in range(3)], axis=1)
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20))

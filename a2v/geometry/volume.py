@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray
 
 
@@ -29,8 +30,6 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
     """
     from scipy.ndimage import binary_fill_holes
 
-    from a2v.geometry.visibility import raycasting_scene
-
     nx, ny, nz = grid.shape
     # a ray exactly through an edge counts both triangles: step off the lattice
     jitter = np.array([1.7e-5, 2.3e-5])
@@ -39,7 +38,7 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
     rays[..., 0], rays[..., 1] = x, y
     bottom = float(grid.origin[2]) - 1.0
     rays[..., 2], rays[..., 5] = bottom, 1.0
-    hits = raycasting_scene(vertices, faces).list_intersections(rays.reshape(-1, 6))
+    hits = ray_scene(vertices, faces, threads=0).list_intersections(rays.reshape(-1, 6))
     ray = hits["ray_ids"].numpy().astype(np.int64)
     z = hits["t_hit"].numpy() + bottom
     face = hits["primitive_ids"].numpy().astype(np.int64)
@@ -63,15 +62,13 @@ def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: 
     """Signed distance (nx, ny, nz) float32, metres, negative inside; exact within `band` cells of the surface, constant beyond."""
     from scipy.ndimage import binary_dilation, binary_erosion
 
-    from a2v.geometry.visibility import raycasting_scene
-
     inside = winding_inside(vertices, faces, grid)
     block = np.ones((3, 3, 3), bool)  # diagonals too
     near = binary_dilation(inside, block, iterations=band) & ~binary_erosion(inside, block, iterations=band)
     field = np.where(inside, -1.0, 1.0).astype(np.float32) * np.float32(band * grid.cell)
     nodes = np.argwhere(near)
     points = (grid.origin + grid.cell * nodes).astype(np.float32)
-    distance = raycasting_scene(vertices, faces).compute_distance(points).numpy()
+    distance = ray_scene(vertices, faces, threads=0).compute_distance(points).numpy()
     distance = np.minimum(distance, band * grid.cell)
     where = tuple(nodes.T)
     field[where] = np.where(inside[where], -distance, distance)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.visibility import raycasting_scene
+from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _AXES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], np.float64)
@@ -122,7 +122,7 @@ def _charts(
         for depth in range(6):
             if not len(left):
                 break
-            scene = raycasting_scene(vertices, faces[left])
+            scene = ray_scene(vertices, faces[left], threads=0)
             origin = middle[left] + 0.0
             start = float((vertices @ _AXES[axis]).max()) + 1.0
             lift = start - origin @ _AXES[axis]
@@ -165,7 +165,7 @@ def _shelves(boxes: FloatArray, size: int) -> FloatArray | None:
 def _rasterise(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
     """Face and barycentric coordinates under every texel's centre, by rays onto the flattened mesh."""
     flat = np.concatenate([texel.reshape(-1, 2), np.zeros((texel.shape[0] * 3, 1))], axis=1)
-    scene = raycasting_scene(flat, np.arange(len(flat)).reshape(-1, 3))
+    scene = ray_scene(flat, np.arange(len(flat)).reshape(-1, 3), threads=0)
     face = np.full((size, size), -1, np.int32)
     barycentric = np.zeros((size, size, 3), np.float32)
     columns = np.arange(size) + 0.5

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings
@@ -120,7 +121,7 @@ def color_shape(
 def color_mirrored(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
-    from a2v.reconstruction.color_prior import clean_colors, sample_image
+    from a2v.reconstruction.color_prior import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

@@ -14,7 +14,10 @@ import numpy as np
 
 from a2v.body.skin import outer_skin
 from a2v.errors import InputError
-from a2v.geometry.visibility import cast_depth, contour_distance, person_box, raycasting_scene, silhouette_iou, vertex_normals
+from a2v.geometry.images import contour_distance, nearest_known, trace_contours
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.rays import ray_scene
+from a2v.geometry.visibility import cast_depth, person_box, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction.extraction import mesh_grid
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -140,21 +143,17 @@ def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, 
 def _mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> FloatArray:
     """Signed distance to the mask's contour (nx, ny), metres, negative inside, at the grid's columns; sub-pixel through the opacity."""
     import cv2
-    from skimage.measure import find_contours
+    from scipy.spatial import cKDTree
 
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
     pixels = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1)).astype(np.float32)
     per_cell = camera.scale * grid.cell
     soft = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.35 * per_cell))
-    padded = np.pad(soft, 1)
     opacity = cv2.remap(soft, pixels[..., 0] - 0.5, pixels[..., 1] - 0.5, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
-    contours = find_contours(padded, 0.5)
+    contours = trace_contours(soft)
     if not contours:
         raise InputError("the subject's mask has no contour; expected a person before a background")
-    points = np.concatenate([contour[:, ::-1] - 0.5 for contour in contours])  # u, v: one of padding, half a pixel of centre
-    from scipy.spatial import cKDTree
-
-    distance = np.reshape(cKDTree(points).query(pixels.reshape(-1, 2), workers=1)[0], x.shape) / camera.scale
+    distance = np.reshape(cKDTree(np.concatenate(contours)).query(pixels.reshape(-1, 2), workers=1)[0], x.shape) / camera.scale
     return np.where(opacity > 0.5, -distance, distance).astype(np.float32)
 
 
@@ -220,9 +219,9 @@ def _sample(values: FloatArray, points: FloatArray, grid: Grid) -> FloatArray:
 def _columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
     """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where there is none."""
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
-    front = cast_depth(raycasting_scene(skin, faces), x, y, float(skin[:, 2].max()) + 1)
+    front = cast_depth(ray_scene(skin, faces, threads=0), x, y, float(skin[:, 2].max()) + 1)
     mirrored = skin * np.array([1.0, 1.0, -1.0])
-    back = -cast_depth(raycasting_scene(mirrored, faces), x, y, float(mirrored[:, 2].max()) + 1)
+    back = -cast_depth(ray_scene(mirrored, faces, threads=0), x, y, float(mirrored[:, 2].max()) + 1)
     return front, back
 
 
@@ -403,7 +402,7 @@ def _add_lobes(
     depth = np.minimum(inner, radius)
     half = np.sqrt(np.maximum(depth * (2 * radius - depth), 0))
     # continue the body's middle and thickness into the lobe
-    nearest = _nearest_index(covered)
+    nearest = nearest_known(covered)
     middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
     middle = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
     thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
@@ -422,13 +421,6 @@ def _add_lobes(
     limit = 3 * grid.cell
     field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
     return field
-
-
-def _nearest_index(known: BoolArray) -> tuple[IntArray, IntArray]:
-    from scipy.ndimage import distance_transform_edt
-
-    index = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return index[0], index[1]
 
 
 def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
@@ -452,7 +444,7 @@ def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts
     own = faces[(parts[faces] == 0).all(axis=1)]
     if not len(own):
         return vertices
-    scene = raycasting_scene(skin, own)
+    scene = ray_scene(skin, own, threads=0)
     low, high = skin[own].min(axis=(0, 1)) - cell, skin[own].max(axis=(0, 1)) + cell
     index = np.nonzero(((vertices > low) & (vertices < high)).all(axis=1))[0]
     if not len(index):

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.geometry.visibility import depth_map, vertex_normals
+from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import make_atlas
-from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, sample_image
+from a2v.reconstruction.color_prior import clean_colors, mirrored_prior
 from a2v.reconstruction.equation14 import solve_colors
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -217,8 +219,6 @@ def _bake(
     camera: OrthographicCamera,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    from scipy.ndimage import distance_transform_edt
-
     atlas = make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
     texture = np.zeros((size, size, 3), np.uint8)
     for top in range(0, size, 256):
@@ -245,5 +245,5 @@ def _bake(
     texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
     filled_texel[row[lone], column[lone]] = True
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
-    index = distance_transform_edt(~filled_texel, return_distances=False, return_indices=True)
+    index = nearest_known(filled_texel)
     return atlas.uv, texture[index[0], index[1]]

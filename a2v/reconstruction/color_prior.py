@@ -6,7 +6,8 @@ import warnings
 
 import numpy as np
 
-from a2v.types import BoolArray, ByteArray, FloatArray, OrthographicCamera, Subject
+from a2v.geometry.images import nearest_known, sample_image
+from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
 
 
 def clean_colors(subject: Subject) -> FloatArray:
@@ -15,7 +16,6 @@ def clean_colors(subject: Subject) -> FloatArray:
     Foreground colours by multi-level estimation (Germer et al. 2020, pymatting) where the matte is trusted, the nearest such pixel elsewhere.
     """
     import cv2
-    from scipy.ndimage import distance_transform_edt
 
     image, alpha = subject.image, np.asarray(subject.mask, np.float32)
     with warnings.catch_warnings():
@@ -33,7 +33,7 @@ def clean_colors(subject: Subject) -> FloatArray:
     # fingers have no core: their middle is the best there is
     far = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) > 3 * shrink
     core |= person & far
-    index = distance_transform_edt(~core, return_distances=False, return_indices=True)
+    index = nearest_known(core)
     spread = foreground[index[0], index[1]]
     soft = cv2.GaussianBlur(spread, (0, 0), shrink)
     return np.where(core[..., None], foreground, soft).astype(np.float32)
@@ -224,7 +224,6 @@ class _HeadLook:
     def without_neckline(self, clean: FloatArray) -> FloatArray:
         """The photo with skin and hair around the neckline replaced by the nearest clothes."""
         import cv2
-        from scipy.ndimage import distance_transform_edt
 
         cloth = self._cloth()
         if cloth is None:
@@ -243,7 +242,7 @@ class _HeadLook:
         bare = cv2.dilate(bare.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))).astype(bool)
         if bare.all():
             return clean
-        index = distance_transform_edt(bare, return_distances=False, return_indices=True)
+        index = nearest_known(~bare)
         result = clean.copy()
         patch = clean[top:bottom, low:high][index[0], index[1]]
         blurred = cv2.GaussianBlur(patch, (0, 0), max(0.8, 0.25 * self.unit))
@@ -293,21 +292,3 @@ def _row_extents(person: BoolArray, left: float, right: float) -> tuple[FloatArr
     empty = ~window.any(axis=1)
     first[empty], last[empty] = int((left + right) / 2), int((left + right) / 2) + 1
     return (first + last) / 2, (last - first) / 2
-
-
-def sample_image(image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False) -> FloatArray:
-    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel positions (N, 2).
-
-    The centre of the first pixel is at (0.5, 0.5); the border is carried on.
-    """
-    import cv2
-
-    u = np.ascontiguousarray(pixels[:, 0] - 0.5, np.float32)[None]
-    v = np.ascontiguousarray(pixels[:, 1] - 0.5, np.float32)[None]
-    how = cv2.INTER_LINEAR if linear else cv2.INTER_CUBIC
-    step = 30_000  # OpenCV's remap takes at most 32767 columns
-    out = [
-        cv2.remap(image, u[:, i : i + step], v[:, i : i + step], how, borderMode=cv2.BORDER_REPLICATE)[0]
-        for i in range(0, u.shape[1], step)
-    ]
-    return np.concatenate(out) if out else np.zeros((0, *image.shape[2:]), np.float32)

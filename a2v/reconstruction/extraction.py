@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import A2VError, InputError
-from a2v.geometry.mesh import piece_of_faces
-from a2v.geometry.visibility import vertex_normals
+from a2v.geometry.mesh import is_closed, keep_pieces, piece_of_faces, signed_volumes, vertex_normals
 from a2v.geometry.volume import Grid
 from a2v.types import BoolArray, FloatArray, IntArray, Progress
 
@@ -265,32 +264,6 @@ def mesh_grid(values: FloatArray, grid: Grid, vertices: int, *, pieces: float = 
     if signed_volumes(points, faces, np.zeros(len(faces), np.int64))[0] < 0:
         faces = faces[:, ::-1]
     return even_out(*keep_pieces(points, faces, pieces), vertices, smoothing=smoothing)
-
-
-def signed_volumes(vertices: FloatArray, faces: IntArray, piece: IntArray) -> FloatArray:
-    """Volume enclosed by each piece, m³, negative where its faces look inwards; `piece` (F,) numbers the pieces of the faces."""
-    corners = np.asarray(vertices, np.float64)[faces]
-    return np.asarray(np.bincount(piece, np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6))
-
-
-def keep_pieces(vertices: FloatArray, faces: IntArray, share: float = 1.0) -> tuple[FloatArray, IntArray]:
-    """The connected piece of largest volume, and others of at least `share` of it. Bubbles inside look inwards and go as well."""
-    piece = piece_of_faces(len(vertices), faces)
-    volumes = signed_volumes(vertices, faces, piece)
-    good = volumes >= share * volumes.max()
-    faces = faces[good[piece]]
-    used, renumbered = np.unique(faces, return_inverse=True)
-    return vertices[used], renumbered.reshape(-1, 3)
-
-
-def is_closed(vertices: FloatArray, faces: IntArray) -> bool:
-    """Whether every edge joins two faces that agree about outside, no vertex is left over, and every piece encloses a volume."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there = np.sort(edges[:, 0] * np.int64(len(vertices)) + edges[:, 1])
-    back = np.sort(edges[:, 1] * np.int64(len(vertices)) + edges[:, 0])
-    if not len(faces) or (there[1:] == there[:-1]).any() or (there != back).any() or len(np.unique(faces)) != len(vertices):
-        return False
-    return bool((signed_volumes(vertices, faces, piece_of_faces(len(vertices), faces)) > 0).all())
 
 
 def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: int = 4) -> tuple[FloatArray, IntArray]:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.rays import RayScene, coherent, face_normals
+from a2v.geometry.mesh import face_normals
+from a2v.geometry.rays import RayScene, coherent
 from a2v.types import BoolArray, FloatArray, IntArray
 
 INSIDE = 0.5

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and_normals
-from a2v.geometry.visibility import vertex_normals
 from a2v.io import read_npz, write_npz
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_guides

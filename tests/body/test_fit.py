@@ -10,9 +10,10 @@ import torch
 
 from a2v.body import JOINT_BONES, PARTS, FitResult, FitSettings, fit_body, load_body_model
 from a2v.body.pose_space import pose_space
-from a2v.body.silhouette import rasterize, silhouette_iou
+from a2v.body.silhouette import rasterize
 from a2v.body.surface_term import vertex_normals
 from a2v.errors import InputError
+from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.bodies import landmarks_of, random_body, subject_of
@@ -47,7 +48,7 @@ def test_a_standing_person_is_recovered(standing: tuple[Body, Subject, Orthograp
     assert errors.mean() < 0.04
     assert errors.max() < 0.15
     raster = rasterize(result.body.vertices, result.body.faces, result.camera, subject.mask.shape)["mask"]
-    assert silhouette_iou(raster, subject.mask > 0.5) > 0.95  # what the residuals say holds at full resolution
+    assert mask_iou(raster, subject.mask > 0.5) > 0.95  # what the residuals say holds at full resolution
     assert abs(result.residuals["height"] - 1.7) < 0.12
 
 

@@ -14,9 +14,10 @@ from a2v.body.collision import LimbBalls
 from a2v.body.evidence import LIMBS_BY_HEIGHT
 from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
-from a2v.body.silhouette import mask_field, rasterize, rim_vertices, silhouette_iou
+from a2v.body.silhouette import mask_field, rasterize, rim_vertices
 from a2v.body.terms import geman_mcclure
 from a2v.errors import InputError
+from a2v.geometry.images import mask_iou
 from a2v.io import write_npz
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import OrthographicCamera
@@ -66,7 +67,7 @@ def test_the_rim_lies_on_the_rendered_outline() -> None:
     body = make_body(model, grounded=True)
     camera = OrthographicCamera(scale=200.0, center_u=200.0, center_v=380.0)
     raster = rasterize(body.vertices, body.faces, camera, (400, 400))
-    assert silhouette_iou(raster["mask"], raster["mask"]) == 1.0
+    assert mask_iou(raster["mask"], raster["mask"]) == 1.0
     ids, pixels, normals = rim_vertices(body.vertices, body.faces, camera, raster["mask"], 1.0)
     mask = mask_field(raster["mask"].astype(np.float32), (0, 0, 400, 400), size=400)
     assert len(ids) > 200

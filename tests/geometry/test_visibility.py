@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from a2v.geometry.visibility import depth_map, silhouette_iou, vertex_normals, visible_vertices
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.visibility import depth_map, silhouette_iou, visible_vertices
 from a2v.geometry.volume import Grid, signed_distance, winding_inside
 from a2v.reconstruction.atlas import face_neighbors, make_atlas
 from a2v.types import OrthographicCamera

@@ -7,13 +7,12 @@ import pytest
 import trimesh
 
 from a2v.errors import InputError
+from a2v.geometry.mesh import is_closed, keep_pieces
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.extraction import (
     ExtractionSettings,
     even_out,
     extract_surface,
-    is_closed,
-    keep_pieces,
     mesh_grid,
     sample_field,
     self_intersections,

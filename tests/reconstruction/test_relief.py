@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from a2v.geometry.visibility import vertex_normals
+from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.relief import follow_normals
 
 SPHERE = trimesh.creation.icosphere(subdivisions=4, radius=0.2)

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from a2v.geometry.rays import RayScene, face_normals, signed_distance_and_normals
+from a2v.geometry.mesh import face_normals
+from a2v.geometry.rays import RayScene, signed_distance_and_normals
 from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld, winding_number
 
 

@@ -11,8 +11,8 @@ from a2v.errors import InputError
 from a2v.evaluation.reconstruction.cases import Case
 from a2v.evaluation.reconstruction.maps import surface_maps, to_true_frame
 from a2v.evaluation.reconstruction.settings import BenchmarkSettings
-from a2v.geometry.rays import RayScene, face_normals
-from a2v.geometry.visibility import vertex_normals
+from a2v.geometry.mesh import face_normals, vertex_normals
+from a2v.geometry.rays import RayScene
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 

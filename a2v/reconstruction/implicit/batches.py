@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from a2v.geometry.images import nearest_known, sample_image
 from a2v.io import read_npz
-from a2v.reconstruction.color_prior import sample_image
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh, guide_input, mask_distance, photo_input, place_of
 from a2v.studio.view import View
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
@@ -104,7 +104,6 @@ class ViewReader:
 
 def _prepare(path: Path) -> Prepared:
     import cv2
-    from scipy.ndimage import distance_transform_edt
 
     view = View.load(path)
     half = (FRAME // 2, FRAME // 2)
@@ -116,7 +115,7 @@ def _prepare(path: Path) -> Prepared:
     )
     mask = cv2.resize(view.mask, half, interpolation=cv2.INTER_AREA)
     depth = np.stack([_halved(view.depth_front), _halved(view.depth_back)])
-    nearest = distance_transform_edt(~np.isfinite(depth).all(axis=0), return_distances=False, return_indices=True)
+    nearest = np.stack(nearest_known(np.isfinite(depth).all(axis=0)))
     small = cv2.resize(view.mask, (GUIDE, GUIDE), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     prepared = Prepared(
         view=view,

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.images import contour_distance, nearest_known
+from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene, side_view, signed_distance_and_normals
-from a2v.geometry.visibility import contour_distance, vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
 FRAME = 1024
@@ -140,12 +141,10 @@ def mask_distance(mask: FloatArray, pixels_per_metre: float) -> FloatArray:
 
 def guide_input(maps: GuideMaps, distance: FloatArray) -> FloatArray:
     """The guide's channels (10, H, W) float32: its maps, carried on from the nearest pixel where it is not, its mask, `mask_distance`."""
-    from scipy.ndimage import distance_transform_edt
-
     there: BoolArray = np.isfinite(maps.depth_front)
     if not there.any():
         raise InputError("the body lies outside of the photo's frame; fit it to this photo first (a2v.body.fit_body)")
-    index = distance_transform_edt(~there, return_distances=False, return_indices=True)
+    index = nearest_known(there)
     depth = np.stack([maps.depth_front, maps.depth_back])[:, index[0], index[1]]
     normals = np.concatenate([maps.normals_front, maps.normals_back], axis=-1)[index[0], index[1]].transpose(2, 0, 1)
     channels: FloatArray = np.concatenate([normals, depth, there[None], distance[None]]).astype(np.float32)

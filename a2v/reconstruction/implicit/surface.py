@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.geometry.visibility import person_box, silhouette_iou, vertex_normals, visible_vertices
-from a2v.reconstruction.color_prior import sample_image
+from a2v.geometry.images import sample_image, trace_contours
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.visibility import person_box, silhouette_iou, visible_vertices
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
@@ -171,9 +172,8 @@ def rim_levels(
     (`reach`) the level is what is missing there, smoothed along the contour; elsewhere it is the median.
     """
     from scipy.ndimage import distance_transform_edt, gaussian_filter1d
-    from skimage.measure import find_contours
 
-    loops = [loop[:, ::-1] - 0.5 for loop in find_contours(np.pad(person.frame.mask, 1), 0.5)]
+    loops = trace_contours(person.frame.mask)
     every = max(1, sum(len(loop) for loop in loops) // count)
     loops = [loop[::every] for loop in loops]
     depths = np.arange(bounds[0, 2], bounds[1, 2], step)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.geometry.visibility import vertex_normals
+from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.implicit.inputs import FRAME, Frame, GuideMesh
 from a2v.reconstruction.implicit.surface import ImplicitSettings, expected_normals, rim_levels, smooth_surface
 from tests.support.ellipsoid import AXES, CAMERA, ellipsoid

@@ -1,0 +1,56 @@
+"""Images and masks as fields over the plane: values at any pixel, contours, distances to them, what lies nearest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
+
+
+def sample_image(image: FloatArray | ByteArray, pixels: FloatArray, *, linear: bool = False) -> FloatArray:
+    """Bicubic (or bilinear) values (N, C) or (N,) float32 of an image (H, W, C) or (H, W) at pixel positions (N, 2).
+
+    The centre of the first pixel is at (0.5, 0.5); the border is carried on.
+    """
+    import cv2
+
+    u = np.ascontiguousarray(pixels[:, 0] - 0.5, np.float32)[None]
+    v = np.ascontiguousarray(pixels[:, 1] - 0.5, np.float32)[None]
+    how = cv2.INTER_LINEAR if linear else cv2.INTER_CUBIC
+    step = 30_000  # OpenCV's remap takes at most 32767 columns
+    out = [
+        cv2.remap(image, u[:, i : i + step], v[:, i : i + step], how, borderMode=cv2.BORDER_REPLICATE)[0]
+        for i in range(0, u.shape[1], step)
+    ]
+    return np.concatenate(out) if out else np.zeros((0, *image.shape[2:]), np.float32)
+
+
+def trace_contours(mask: FloatArray) -> list[FloatArray]:
+    """Closed lines u, v (n, 2) float64, pixels, where an opacity (H, W) in [0, 1] crosses 1/2; beyond the image it is 0."""
+    from skimage.measure import find_contours
+
+    # one pixel of padding less half a pixel to its centre
+    return [line[:, ::-1] - 0.5 for line in find_contours(np.pad(mask, 1), 0.5)]
+
+
+def contour_distance(person: BoolArray) -> FloatArray:
+    """Signed distance (H, W) to the contour of a binary map, which runs between the pixels; pixels, negative inside."""
+    import cv2
+
+    out = cv2.distanceTransform((~person).astype(np.uint8), cv2.DIST_L2, 5)
+    into = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
+    return np.where(person, 0.5 - into, out - 0.5)
+
+
+def nearest_known(known: BoolArray) -> tuple[IntArray, IntArray]:
+    """Row and column, each (H, W) int32, of the nearest pixel that is `known` (H, W); at least one must be."""
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    return rows, columns
+
+
+def mask_iou(first: BoolArray, second: BoolArray) -> float:
+    """Intersection over union of two masks of one shape, in [0, 1]; 1 if both are empty."""
+    union = np.logical_or(first, second).sum()
+    return float(np.logical_and(first, second).sum() / union) if union else 1.0

@@ -9,7 +9,7 @@ import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from typing_extensions import Self
@@ -23,8 +23,10 @@ class Record:
     """Base of the stage types: an immutable bundle of arrays that one ``.npz`` holds.
 
     `provenance` records what made the value (versions, seed, parameters, hashes of inputs and weights);
-    it must be JSON.
+    it must be JSON. A subclass names in `may_hold_nan` the array fields in which NaN means "unknown".
     """
+
+    may_hold_nan: ClassVar[frozenset[str]] = frozenset()
 
     provenance: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -105,7 +107,7 @@ class Record:
         if not good:
             expected = ", ".join(str(sizes.get(str(want), want)) if want is not None else "any" for want in shape)
             raise InputError(f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})")
-        if np.issubdtype(value.dtype, np.floating) and not np.isfinite(value).all() and name != "keypoints_3d":
+        if np.issubdtype(value.dtype, np.floating) and name not in self.may_hold_nan and not np.isfinite(value).all():
             raise InputError(f"{type(self).__name__}.{name} holds NaN or infinite numbers")
 
 

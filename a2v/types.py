@@ -11,7 +11,7 @@ import dataclasses
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,15 +32,6 @@ NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
 
 Progress = Callable[[int, int], None]
 """Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
-
-
-
-
-
-
-
-
-
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +174,8 @@ class Subject(Record):
         What the user should know (feet outside the photo, sideways person...).
     """
 
+    may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
+
     image: ByteArray
     mask: FloatArray
     keypoints: FloatArray
@@ -239,6 +232,34 @@ class Surface(Record):
             self._check("visible", ("V",), sizes)
         if self.faces.size and (self.faces.min() < 0 or self.faces.max() >= sizes["V"]):
             raise InputError(f"Surface.faces names vertex {int(self.faces.max())} of {sizes['V']}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reconstruction(Record):
+    """What a backend makes of a person: the shape, and what it expects of the colours.
+
+    Attributes
+    ----------
+    surface : Surface
+        Closed, in the frame of the photo's camera; its own colours mean nothing yet.
+    backend : str
+        Which made it, a name in `a2v.reconstruction.backends.BACKENDS`.
+    from_body : bool
+        Whether the surface is the fitted body itself, pushed out: a fit to it finds nothing new.
+    expected_colors : (V, 3) float32 or None
+        c^p of Eq. 14: sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown; None if it expects nothing.
+    """
+
+    may_hold_nan: ClassVar[frozenset[str]] = frozenset({"expected_colors"})
+
+    surface: Surface
+    backend: str
+    from_body: bool = False
+    expected_colors: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.expected_colors is not None:
+            self._check("expected_colors", (len(self.surface.vertices), 3))
 
 
 @dataclass(frozen=True, kw_only=True)

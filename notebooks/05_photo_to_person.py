@@ -27,10 +27,10 @@ import trimesh
 
 from a2v import OrthographicCamera, Subject
 from a2v.reconstruction import ImplicitSettings, body_prior_surface, implicit_surface
-from a2v.reconstruction.backends import Shape, color_by_network, color_mirrored, color_shape
+from a2v.reconstruction.backends import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import preview_surface
-from a2v.types import Body
+from a2v.types import Body, Reconstruction
 from pipelines.inputs import photo_parameters
 from pipelines.run import run
 from pipelines.store import Store
@@ -127,13 +127,14 @@ plt.title("field (black: its surface; green: the guide)", fontsize=9)
 surface = implicit_surface(
     subject, body, camera, settings=ImplicitSettings(resolution=200 if SMALL else 320, vertices=25_000 if SMALL else 36_000)
 )
-shape = Shape(surface, surface.colors)
-ours = color_shape(shape, subject, body, camera)
+made = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
+pushed = Reconstruction(surface=body_prior_surface(subject, body, camera), backend="body-prior", from_body=True)
+ours = color_by_photo(made, subject, body, camera)
 looks = {
     "ours": ours,
-    "network's colours": color_by_network(shape, subject, body, camera),
-    "front mirrored": color_mirrored(shape, subject, body, camera),
-    "body-prior": color_shape(Shape(body_prior_surface(subject, body, camera)), subject, body, camera),
+    "network's colours": color_by_network(made, subject, body, camera),
+    "front mirrored": color_mirrored(made, subject, body, camera),
+    "body-prior": color_by_photo(pushed, subject, body, camera),
 }
 print({name: round(float(value), 4) for name, value in ours.provenance["eq14"].items()})
 for azimuth, side in ((0, "front"), (180, "back")):

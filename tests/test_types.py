@@ -11,7 +11,7 @@ from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.kinematics import CMU
 from a2v.kinematics.resample import resample_motion
-from a2v.types import Motion
+from a2v.types import Motion, Reconstruction, Surface
 
 
 @pytest.fixture
@@ -42,3 +42,27 @@ def test_a_motion_without_them_has_no_arrays_of_them(motion, tmp_path):
 def test_what_does_not_fit_is_refused(motion, field, value, words):
     with pytest.raises(InputError, match=words):
         dataclasses.replace(motion, **{field: value})
+
+
+@pytest.fixture
+def triangle() -> Surface:
+    return Surface(vertices=np.eye(3, dtype=np.float32), faces=np.array([[0, 1, 2]], np.int32), colors=np.zeros((3, 3), np.float32))
+
+
+def test_a_reconstruction_keeps_what_its_backend_expects_and_does_not_know(triangle, tmp_path):
+    colors = np.array([[0.1, 0.2, 0.3], [np.nan, np.nan, np.nan], [1, 1, 1]], np.float32)
+    Reconstruction(surface=triangle, backend="pifu", expected_colors=colors).save(tmp_path / "r.npz")
+    again = Reconstruction.load(tmp_path / "r.npz")
+    assert (again.backend, again.from_body) == ("pifu", False)
+    assert again.expected_colors is not None
+    assert np.array_equal(again.expected_colors, colors, equal_nan=True)
+    Reconstruction(surface=triangle, backend="body-prior", from_body=True).save(tmp_path / "r.npz")
+    again = Reconstruction.load(tmp_path / "r.npz")
+    assert (again.from_body, again.expected_colors) == (True, None)
+
+
+def test_nan_is_refused_where_it_means_nothing(triangle):
+    with pytest.raises(InputError, match="NaN"):
+        dataclasses.replace(triangle, colors=np.full((3, 3), np.nan, np.float32))
+    with pytest.raises(InputError, match=r"\(3, 3\)"):
+        Reconstruction(surface=triangle, backend="pifu", expected_colors=np.zeros((2, 3), np.float32))

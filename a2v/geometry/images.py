@@ -12,10 +12,14 @@ def sample_image(image: FloatArray | ByteArray, pixels: FloatArray, *, linear: b
 
     The centre of the first pixel is at (0.5, 0.5); the border is carried on.
     """
+    return sample_index(image, columns=pixels[:, 0] - 0.5, rows=pixels[:, 1] - 0.5, linear=linear)
+
+
+def sample_index(image: FloatArray | ByteArray, *, columns: FloatArray, rows: FloatArray, linear: bool = False) -> FloatArray:
+    """Values as of `sample_image` at fractional indices (N,) of an image: the first pixel is at 0."""
     import cv2
 
-    u = np.ascontiguousarray(pixels[:, 0] - 0.5, np.float32)[None]
-    v = np.ascontiguousarray(pixels[:, 1] - 0.5, np.float32)[None]
+    u, v = (np.ascontiguousarray(index, np.float32)[None] for index in (columns, rows))
     how = cv2.INTER_LINEAR if linear else cv2.INTER_CUBIC
     step = 30_000  # OpenCV's remap takes at most 32767 columns
     out = [

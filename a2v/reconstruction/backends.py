@@ -4,69 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image
-from a2v.reconstruction.body_prior import SurfaceSettings
+from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
-from a2v.reconstruction.implicit.surface import ImplicitSettings
-from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
+from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
+from a2v.types import Body, OrthographicCamera, Progress, Reconstruction, Subject, Surface
+
+Backend = Callable[[Subject, Body, OrthographicCamera], Reconstruction]
+"""``(subject, fitted body, its camera) -> reconstruction``."""
+
+Coloring = Callable[[Reconstruction, Subject, Body, OrthographicCamera], Surface]
+"""``(reconstruction, subject, fitted body, its camera) -> coloured surface``."""
 
 
-@dataclass(frozen=True)
-class Shape:
-    """What a backend gives.
-
-    Attributes
-    ----------
-    surface : Surface
-        Closed, in the frame of the photo's camera; its colours mean nothing yet.
-    prior : (V, 3) or None
-        sRGB in [0, 1] that the backend expects of each vertex, NaN where unknown; None if it expects nothing.
-    """
-
-    surface: Surface
-    prior: FloatArray | None = None
-
-
-Backend = Callable[[Subject, Body, OrthographicCamera], Shape]
-"""``(subject, fitted body, its camera) -> Shape``."""
-
-Coloring = Callable[[Shape, Subject, Body, OrthographicCamera], Surface]
-"""``(shape, subject, fitted body, its camera) -> coloured surface``."""
-
-
-def reconstruct_surface(
+def reconstruct(
     subject: Subject,
     body: Body,
     camera: OrthographicCamera,
     settings: SurfaceSettings | ImplicitSettings,
     *,
     progress: Progress | None = None,
-) -> Surface:
-    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`."""
-    from a2v.reconstruction.body_prior import body_prior_surface
-    from a2v.reconstruction.implicit import implicit_surface
-
+) -> Reconstruction:
+    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`, and their errors."""
     if isinstance(settings, ImplicitSettings):
-        return implicit_surface(subject, body, camera, settings=settings, progress=progress)
-    return body_prior_surface(subject, body, camera, settings=settings, progress=progress)
-
-
-def expected_colors(surface: Surface) -> FloatArray | None:
-    """c^p of Eq. 14 (V, 3), if the surface's backend expects colours of its vertices."""
-    return surface.colors if surface.provenance.get("backend") == "pifu" else None
+        surface = implicit_surface(subject, body, camera, settings=settings, progress=progress)
+        return Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
+    surface = body_prior_surface(subject, body, camera, settings=settings, progress=progress)
+    return Reconstruction(surface=surface, backend="body-prior", from_body=True)
 
 
 def _backend(settings: SurfaceSettings | ImplicitSettings) -> Backend:
-    def shape(subject: Subject, body: Body, camera: OrthographicCamera) -> Shape:
-        surface = reconstruct_surface(subject, body, camera, settings)
-        return Shape(surface, expected_colors(surface))
-
-    return shape
+    return lambda subject, body, camera: reconstruct(subject, body, camera, settings)
 
 
 SETTINGS: Mapping[str, SurfaceSettings | ImplicitSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
@@ -102,8 +74,8 @@ def _with_weights(name: str, weights: str) -> SurfaceSettings | ImplicitSettings
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
 
-def color_shape(
-    shape: Shape,
+def color_by_photo(
+    person: Reconstruction,
     subject: Subject,
     body: Body,
     camera: OrthographicCamera,
@@ -114,28 +86,28 @@ def color_shape(
     """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
     from a2v.body import nearest_parts
 
-    parts = nearest_parts(shape.surface.vertices, body)
-    return color_surface(shape.surface, subject, camera, prior=shape.prior, parts=parts, settings=settings, progress=progress)
+    parts = nearest_parts(person.surface.vertices, body)
+    return color_surface(person.surface, subject, camera, prior=person.expected_colors, parts=parts, settings=settings, progress=progress)
 
 
-def color_mirrored(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
     from a2v.reconstruction.color_prior import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]
-    pixels = camera.project(shape.surface.vertices)
-    corners = pixels[shape.surface.faces] / np.array([width, height])
+    pixels = camera.project(person.surface.vertices)
+    corners = pixels[person.surface.faces] / np.array([width, height])
     return dataclasses.replace(
-        shape.surface,
+        person.surface,
         colors=np.clip(sample_image(clean, pixels), 0, 1).astype(np.float32),
         uv=np.stack([corners[..., 0], 1 - corners[..., 1]], axis=-1).astype(np.float32),
         texture=to_bytes(clean),
     )
 
 
-def color_by_network(shape: Shape, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_by_network(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """Ablation: the backend's own colours alone, on the vertices.
 
     Raises
@@ -143,12 +115,12 @@ def color_by_network(shape: Shape, subject: Subject, body: Body, camera: Orthogr
     InputError
         The backend has none.
     """
-    if shape.prior is None:
+    if person.expected_colors is None:
         raise InputError("this backend has no colours of its own; choose another one for the colouring 'network'")
-    known = np.isfinite(shape.prior).all(axis=1)
-    colors = np.where(known[:, None], np.nan_to_num(shape.prior), shape.prior[known].mean(axis=0))
-    return dataclasses.replace(shape.surface, colors=colors.astype(np.float32), uv=None, texture=None)
+    known = np.isfinite(person.expected_colors).all(axis=1)
+    colors = np.where(known[:, None], np.nan_to_num(person.expected_colors), person.expected_colors[known].mean(axis=0))
+    return dataclasses.replace(person.surface, colors=colors.astype(np.float32), uv=None, texture=None)
 
 
-COLORINGS: Mapping[str, Coloring] = {"ours": color_shape, "mirrored": color_mirrored, "network": color_by_network}
-"""Ways to colour a shape, by name; "ours" is what users get, the others are ablations."""
+COLORINGS: Mapping[str, Coloring] = {"ours": color_by_photo, "mirrored": color_mirrored, "network": color_by_network}
+"""Ways to colour a reconstruction, by name; "ours" is what users get, the others are ablations."""

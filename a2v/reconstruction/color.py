@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body.parts import PARTS
 from a2v.errors import InputError
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import make_atlas
 from a2v.reconstruction.color_prior import clean_colors, mirrored_prior
-from a2v.reconstruction.equation14 import solve_colors
+from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
@@ -93,13 +94,64 @@ def color_surface(
     InputError
         Arrays of the wrong shape, or a surface that the camera does not see.
     """
-    from scipy.spatial import cKDTree
-
     settings = settings or ColorSettings()
     report = progress or (lambda done, total: None)
     vertices = np.asarray(surface.vertices, np.float64)
     faces = np.asarray(surface.faces, np.int64)
-    count = len(vertices)
+    _check_given(len(vertices), prior, parts, settings)
+    normals = vertex_normals(surface.vertices, faces)
+    photo = _Projection(surface, subject, camera)
+    seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
+    known = (photo.trust(vertices, normals) > 0.5) & seen
+    if not known.any():
+        raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
+    report(1, 4)
+
+    colors = photo.patch_colors(vertices, faces)
+    expected = mirrored_prior(vertices, normals, colors, known=known, clean=photo.clean, subject=subject, camera=camera, head=_head(parts))
+    reach, nearest = _nearest_known(vertices, known)
+    if prior is not None:
+        # around the rim the photo knows better than any network: its colour there, or next to there
+        close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[nearest])
+        expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
+    # the band: what the photo saw at a glance, and what lies right behind the silhouette
+    band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
+    start, near = np.where(known[:, None], colors, expected), _nearest_vertices(vertices, settings.neighbors)
+    given = {"prior": np.clip(expected, 0, 1), "neighbors": near, "free": ~known, "band": band}
+    solution = solve_colors(start, **given, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance)
+    final = np.clip(solution.colors, 0, 1)
+    report(2, 4)
+
+    uv = texture = None
+    if settings.texture:
+        uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture)
+    report(4, 4)
+    provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
+    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
+
+
+def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
+    """What `provenance["eq14"]` tells."""
+    return {
+        "iterations": solution.iterations,
+        "residual": solution.residual,
+        "objective": solution.objective,
+        "free": int(free.sum()),
+        "band": int(band.sum()),
+        "lambda_nn": settings.lambda_nn,
+    }
+
+
+def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, IntArray]:
+    """Distance (V,), metres, to the nearest vertex that is `known` (V,), and its number (V,)."""
+    from scipy.spatial import cKDTree
+
+    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
+    return np.asarray(reach), np.flatnonzero(known)[nearest]
+
+
+def _check_given(count: int, prior: FloatArray | None, parts: IntArray | None, settings: ColorSettings) -> None:
+    """Refuse what does not fit a surface of `count` vertices."""
     if count <= settings.neighbors:
         raise InputError(f"the surface has {count} vertices; expected more than {settings.neighbors}")
     if prior is not None and np.shape(prior) != (count, 3):
@@ -107,60 +159,20 @@ def color_surface(
     if parts is not None and np.shape(parts) != (count,):
         raise InputError(f"parts has shape {np.shape(parts)}; expected ({count},)")
 
-    normals = vertex_normals(surface.vertices, faces)
-    photo = _Projection(surface, subject, camera)
-    trust = photo.trust(vertices, normals)
-    seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
-    known = (trust > 0.5) & seen
-    if not known.any():
-        raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
-    report(1, 4)
 
-    # each vertex stands for a patch: average the photo over it
-    import cv2
+def _head(parts: IntArray | None) -> BoolArray | None:
+    """Which vertices (V,) are of head and neck; None where the parts are not known."""
+    return None if parts is None else np.isin(parts, [PARTS.index("head"), PARTS.index("neck")])
 
-    spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * camera.scale
-    softened = cv2.GaussianBlur(photo.clean, (0, 0), 0.4 * spacing) if spacing > 1 else photo.clean
-    pixels = camera.project(vertices)
-    colors = np.clip(sample_image(softened, pixels), 0, 1).astype(np.float64)
 
-    from a2v.body.parts import PARTS
+def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray) -> FloatArray:
+    """A backend's `prior` (V, 3) where it is known, and `otherwise` (V, 3) elsewhere.
 
-    head = None if parts is None else np.isin(parts, [PARTS.index("head"), PARTS.index("neck")])
-    expected = mirrored_prior(vertices, normals, colors, known, photo.clean, subject, camera, head)
-    reach, nearest = cKDTree(vertices[known]).query(vertices, workers=1)
-    if prior is not None:
-        given = np.isfinite(prior).all(axis=1)
-        # around the rim the photo knows better than any network: its colour there, or next to there
-        close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[known][nearest])
-        share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
-        expected = np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), expected)
-    tree = cKDTree(vertices)
-    neighbors = _drop_self(np.asarray(tree.query(vertices, k=settings.neighbors + 1, workers=1)[1]), settings.neighbors)
-    # the band: what the photo saw at a glance, and what lies right behind the silhouette
-    band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
-    start = np.where(known[:, None], colors, expected)
-    solution = solve_colors(
-        start, np.clip(expected, 0, 1), neighbors, ~known, band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance
-    )
-    final = np.clip(solution.colors, 0, 1)
-    report(2, 4)
-
-    uv = texture = None
-    if settings.texture:
-        uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture, camera)
-    report(4, 4)
-    provenance = dict(surface.provenance) | {
-        "eq14": {
-            "iterations": solution.iterations,
-            "residual": solution.residual,
-            "objective": solution.objective,
-            "free": int((~known).sum()),
-            "band": int(band.sum()),
-            "lambda_nn": settings.lambda_nn,
-        }
-    }
-    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
+    Towards what the photo shows well, `reach` (V,) metres away, it fades into the photo's colours `close` (V, 3); see `RIM`.
+    """
+    given = np.isfinite(prior).all(axis=1)
+    share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
+    return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
 class _Projection:
@@ -179,6 +191,14 @@ class _Projection:
         self.inner = cv2.distanceTransform(cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
         tall = float(np.ptp(np.nonzero(person)[0]) + 1)
         self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
+
+    def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
+        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over the patch that it stands for."""
+        import cv2
+
+        spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * self.camera.scale
+        softened = cv2.GaussianBlur(self.clean, (0, 0), 0.4 * spacing) if spacing > 1 else self.clean
+        return np.clip(sample_image(softened, self.camera.project(vertices)), 0, 1).astype(np.float64)
 
     def _pixel(self, points: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
         pixels = self.camera.project(points)
@@ -202,24 +222,21 @@ class _Projection:
         return np.asarray(facing * facing * (3 - 2 * facing) * inner * behind * within)
 
 
-def _drop_self(neighbors: IntArray, count: int) -> IntArray:
-    """Rows of `count` neighbours without the vertex itself (which need not come first where points coincide)."""
+def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
+    """The `count` nearest other vertices of each one (V, count); it need not come first itself where points coincide."""
+    from scipy.spatial import cKDTree
+
+    neighbors = np.asarray(cKDTree(vertices).query(vertices, k=count + 1, workers=1)[1])
     own = neighbors == np.arange(len(neighbors))[:, None]
     own[~own.any(axis=1), -1] = True
     return np.asarray(neighbors[~own].reshape(len(neighbors), count))
 
 
 def _bake(
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
-    colors: FloatArray,
-    photo: _Projection,
-    size: int,
-    camera: OrthographicCamera,
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, size: int
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    atlas = make_atlas(vertices, faces, size=size, density=1.5 * camera.scale)
+    atlas = make_atlas(vertices, faces, size=size, density=1.5 * photo.camera.scale)
     texture = np.zeros((size, size, 3), np.uint8)
     for top in range(0, size, 256):
         rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
@@ -232,7 +249,7 @@ def _bake(
         normal = (normals[corner] * weight).sum(axis=1)
         trust = photo.trust(point, normal)[:, None]
         smooth = (colors[corner] * weight).sum(axis=1)
-        sharp = sample_image(photo.clean, camera.project(point))
+        sharp = sample_image(photo.clean, photo.camera.project(point))
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
     # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding

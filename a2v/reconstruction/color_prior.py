@@ -59,6 +59,7 @@ def mirrored_prior(
     vertices: FloatArray,
     normals: FloatArray,
     colors: FloatArray,
+    *,
     known: BoolArray,
     clean: FloatArray,
     subject: Subject,
@@ -73,8 +74,10 @@ def mirrored_prior(
 
     Parameters
     ----------
-    colors, known
-        Colours of the vertices that the photo saw for certain.
+    vertices, normals : (V, 3)
+        Metres, in the frame of `camera`; unit.
+    colors : (V, 3), known : (V,) bool
+        Colours of the vertices, and which of them the photo saw for certain.
     clean : (H, W, 3)
         `clean_colors(subject)`.
     head : (V,) bool, optional
@@ -84,10 +87,9 @@ def mirrored_prior(
 
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
-    soft = cv2.GaussianBlur(clean, (0, 0), max(0.8, 0.004 * tall))
-    pixels = camera.project(vertices)
-    plain = sample_image(soft, pixels)
-    box = head_box(subject)
+    blur = max(0.8, 0.004 * tall)
+    pixels, box = camera.project(vertices), head_box(subject)
+    plain = sample_image(cv2.GaussianBlur(clean, (0, 0), blur), pixels)
     if box is None:
         return plain
     left, top, right, chin, eye_line = box
@@ -99,29 +101,38 @@ def mirrored_prior(
     if crown.sum() < 5:
         return plain
     skin = np.median(colors[cheeks if cheeks.sum() >= 5 else crown], axis=0)
-    look = _HeadLook(clean, person, box, skin, np.median(colors[crown], axis=0))
+    look = _HeadLook(clean, person, box, skin=skin, typical=np.median(colors[crown], axis=0))
 
     row, across = pixels[:, 1], pixels[:, 0] - middle
-    torso = sample_image(cv2.GaussianBlur(look.without_neckline(clean), (0, 0), max(0.8, 0.004 * tall)), pixels)
+    torso = sample_image(cv2.GaussianBlur(look.without_neckline(clean), (0, 0), blur), pixels)
     below = (_step(row, look.collar - 0.3 * unit, look.collar) * (np.abs(across) < 3.5 * unit) * (row < chin + 8 * unit))[:, None]
     prior = below * torso + (1 - below) * plain
-    turn = _head_turn(subject)
-    # how far behind the ears, in the direction in which the head looks
-    where = vertices - np.median(vertices[inside], axis=0)
-    ahead = (where[:, 0] * np.sin(turn) + where[:, 2] * np.cos(turn)) * camera.scale / unit
-    behind = np.maximum(_step(-ahead, -0.6, 0.0), _step(-row, -(eye_line - 0.3 * (eye_line - top)), -(eye_line - 0.5 * (eye_line - top))))
-    # the neck is no sphere around the head's middle: there what faces backwards counts
-    away = normals[:, 0] * np.sin(turn) + normals[:, 2] * np.cos(turn)
-    low = _step(row, look.nape - 0.2 * unit, look.nape + 0.2 * unit)
-    behind = (1 - low) * behind + low * _step(-away, -0.3, 0.2)
+    behind = _behind_ears(vertices, normals, inside, row, subject=subject, look=look, scale=camera.scale)
     # skin from the hairline to the collar, hair above or as far down as it hangs
     neck = behind * inside * _step(-row, -look.collar, -(look.collar - 0.2 * unit))
     prior = prior + (neck * ~known)[:, None] * (0.92 * skin - prior)
     hanging = np.abs(across) < (1.9 * unit if look.hair_end > look.nape + 0.3 * unit else np.inf)
     hair = behind * (inside | (hanging & (vertices[:, 2] < np.median(vertices[inside, 2])) & (row > look.nape)))
     hair = hair * hanging * _step(-row, -(look.hair_end + 0.15 * unit), -(look.hair_end - 0.15 * unit))
-    mixed: FloatArray = prior + (hair * ~known)[:, None] * (look.around(row, across) - prior)
-    return mixed
+    return np.asarray(prior + (hair * ~known)[:, None] * (look.around(row, across) - prior))
+
+
+def _behind_ears(
+    vertices: FloatArray, normals: FloatArray, inside: BoolArray, row: FloatArray, *, subject: Subject, look: _HeadLook, scale: float
+) -> FloatArray:
+    """How far (V,), 0 to 1, vertices lie behind the ears, in the direction in which the head looks.
+
+    `inside` (V,) are the head's, `row` (V,) their pixel rows, `scale` the camera's pixels per metre.
+    """
+    angle = _head_azimuth(subject)
+    where = vertices - np.median(vertices[inside], axis=0)
+    ahead = (where[:, 0] * np.sin(angle) + where[:, 2] * np.cos(angle)) * scale / look.unit
+    forehead = look.eye_line - look.top
+    behind = np.maximum(_step(-ahead, -0.6, 0.0), _step(-row, -(look.eye_line - 0.3 * forehead), -(look.eye_line - 0.5 * forehead)))
+    # the neck is no sphere around the head's middle: there what faces backwards counts
+    away = normals[:, 0] * np.sin(angle) + normals[:, 2] * np.cos(angle)
+    low = _step(row, look.nape - 0.2 * look.unit, look.nape + 0.2 * look.unit)
+    return np.asarray((1 - low) * behind + low * _step(-away, -0.3, 0.2))
 
 
 _SHADE = np.array([0.5, 1.0, 1.0])
@@ -132,9 +143,10 @@ class _HeadLook:
     """What the photo says of a head's unseen side: hair by rows, where it ends, where the collar is."""
 
     def __init__(
-        self, clean: FloatArray, person: BoolArray, box: tuple[float, float, float, float, float], skin: FloatArray, typical: FloatArray
+        self, clean: FloatArray, person: BoolArray, box: tuple[float, float, float, float, float], *, skin: FloatArray, typical: FloatArray
     ) -> None:
         left, top, right, chin, eye_line = box
+        self.top, self.eye_line = top, eye_line
         self.unit, self.middle, self.chin = (chin - eye_line) / 2.1, (left + right) / 2, chin
         self.nape = eye_line + 1.3 * self.unit
         self.skin = _lab(skin)
@@ -250,7 +262,7 @@ class _HeadLook:
         return result
 
 
-def _head_turn(subject: Subject) -> float:
+def _head_azimuth(subject: Subject) -> float:
     """Radians by which the head is turned towards the picture's right (+x); 0 where unknown."""
     nose, ears = subject.keypoints_3d[0], subject.keypoints_3d[[7, 8]].mean(axis=0)
     ahead = nose - ears

@@ -9,6 +9,7 @@ ADMM (Boyd et al. 2011): one sparse factorisation (`splu`), then only back-subst
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,8 +38,25 @@ class ColorSolution:
     objective: float
 
 
+@dataclass(frozen=True, eq=False)
+class _Programme:
+    """Eq. 14 as ``sum_k weight_k ||(operator x - target)_k||_2`` over the colours x (n, 3) of the free vertices.
+
+    Rows: first `pairs` of neighbours, then the prior's. ``normal`` is ``operator.T operator``, plus the diagonal `ridge` where nothing
+    ties a colour.
+    """
+
+    operator: Any
+    target: FloatArray
+    weight: FloatArray
+    pairs: int
+    normal: Any
+    ridge: Any
+    start: FloatArray
+
+
 def color_objective(
-    colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
+    colors: FloatArray, *, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
 ) -> float:
     """Value of Eq. 14 at `colors` (V, 3); the other parameters as for `solve_colors`."""
     data = np.linalg.norm(colors - prior, axis=1)[free & ~band].sum()
@@ -48,11 +66,11 @@ def color_objective(
 
 def solve_colors(
     colors: FloatArray,
+    *,
     prior: FloatArray,
     neighbors: IntArray,
     free: BoolArray,
     band: BoolArray,
-    *,
     lambda_nn: float = 1.0,
     tolerance: float = 1e-4,
     max_iterations: int = 2000,
@@ -75,16 +93,24 @@ def solve_colors(
         Weight of the neighbours.
     tolerance : float
         Stop when both relative residuals are below it.
+    max_iterations : int
 
     Raises
     ------
     InputError
         Arrays that do not fit each other, NaN, or lambda_nn not positive.
     """
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-    from scipy.sparse.linalg import splu
+    _check(colors, prior, neighbors, free, band, lambda_nn)
+    if not free.any():
+        return ColorSolution(np.array(colors, np.float64), 0, 0.0, 0.0)
+    value, iteration, residual = _minimise(_programme(colors, prior, neighbors, free, band, lambda_nn), tolerance, max_iterations)
+    result = np.array(colors, np.float64)
+    result[free] = value
+    objective = color_objective(result, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn)
+    return ColorSolution(result, iteration, residual, objective)
 
+
+def _check(colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float) -> None:
     count = len(colors)
     for name, array, shape in (("prior", prior, (count, 3)), ("free", free, (count,)), ("band", band, (count,))):
         if array.shape != shape:
@@ -95,33 +121,27 @@ def solve_colors(
         raise InputError(f"lambda_nn is {lambda_nn}; expected a positive number")
     if not np.isfinite(colors[~free]).all() or not np.isfinite(prior[free & ~band]).all():
         raise InputError("fixed colours or the prior hold NaN; expected finite numbers")
-    if not free.any():
-        return ColorSolution(np.array(colors, np.float64), 0, 0.0, 0.0)
 
+
+def _programme(
+    colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
+) -> _Programme:
+    """Eq. 14 in matrices; the parameters as for `solve_colors`."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    count, unknowns = len(colors), int(free.sum())
     number = np.full(count, -1)
-    number[free] = np.arange(int(free.sum()))
-    unknowns = int(free.sum())
+    number[free] = np.arange(unknowns)
     anchored = np.nonzero(free & ~band)[0]
-
-    # Directed pairs (x, x') with equal ends are merged: one norm with the summed weight.
-    tail = np.repeat(np.nonzero(free)[0], neighbors.shape[1])
-    head = neighbors[free].ravel().astype(np.int64)
-    keep = tail != head
-    low, high = np.minimum(tail, head)[keep], np.maximum(tail, head)[keep]
-    pair, times = np.unique(low * count + high, return_counts=True)
-    low, high = pair // count, pair % count
-    edge_weight = times * (lambda_nn / neighbors.shape[1])
-
-    rows = np.arange(len(pair))
-    terms = len(pair) + len(anchored)
-    difference = sp.csr_matrix((np.ones(len(pair)), (rows, low)), (len(pair), count)) - sp.csr_matrix(
-        (np.ones(len(pair)), (rows, high)), (len(pair), count)
+    low, high, times = _neighbor_pairs(neighbors, free)
+    rows = np.arange(len(low))
+    difference = sp.csr_matrix((np.ones(len(low)), (rows, low)), (len(low), count)) - sp.csr_matrix(
+        (np.ones(len(low)), (rows, high)), (len(low), count)
     )
     known = np.where(free[:, None], 0.0, np.nan_to_num(colors)).astype(np.float64)
     pick = sp.csr_matrix((np.ones(len(anchored)), (np.arange(len(anchored)), number[anchored])), (len(anchored), unknowns))
     operator = sp.vstack([difference[:, free], pick]).tocsr()
-    target = np.concatenate([-(difference @ known), prior[anchored]])
-    weight = np.concatenate([edge_weight, np.ones(len(anchored))])
 
     # A patch without any fixed neighbour or prior may have any colour: a whisper of the start decides.
     normal = (operator.T @ operator).tocsc()
@@ -130,16 +150,41 @@ def solve_colors(
     tied[label[number[anchored]]] = True
     touching = (free[low] != free[high]).nonzero()[0]
     tied[label[number[np.where(free[low[touching]], low[touching], high[touching])]]] = True
-    ridge = sp.diags(np.where(tied[label], 0.0, 1e-6))
-    start = np.nan_to_num(np.asarray(colors, np.float64)[free], nan=0.5)
-    factor = splu((normal + ridge).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    pull = ridge @ start
+    return _Programme(
+        operator=operator,
+        target=np.concatenate([-(difference @ known), prior[anchored]]),
+        weight=np.concatenate([times * (lambda_nn / neighbors.shape[1]), np.ones(len(anchored))]),
+        pairs=len(low),
+        normal=normal,
+        ridge=sp.diags(np.where(tied[label], 0.0, 1e-6)),
+        start=np.nan_to_num(np.asarray(colors, np.float64)[free], nan=0.5),
+    )
 
-    value = start
+
+def _neighbor_pairs(neighbors: IntArray, free: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Both ends of the pairs (x, x') of Eq. 14, each (P,), and how often a pair stands there: as one norm with the summed weight."""
+    count = len(neighbors)
+    tail = np.repeat(np.nonzero(free)[0], neighbors.shape[1])
+    head = neighbors[free].ravel().astype(np.int64)
+    keep = tail != head
+    pair, times = np.unique(np.minimum(tail, head)[keep] * count + np.maximum(tail, head)[keep], return_counts=True)
+    return pair // count, pair % count, times
+
+
+def _minimise(programme: _Programme, tolerance: float, max_iterations: int) -> tuple[FloatArray, int, float]:
+    """Colours (n, 3) of the free vertices by over-relaxed ADMM, the iterations that it took, and the residual at the end."""
+    from scipy.sparse.linalg import splu
+
+    operator, target, weight = programme.operator, programme.target, programme.weight
+    system = (programme.normal + programme.ridge).tocsc()
+    factor = splu(system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    pull = programme.ridge @ programme.start
+    value = programme.start
     slack = operator @ value - target
     dual = np.zeros_like(slack)
     rho, residual, iteration = 10.0, np.inf, 0
     norm_target = np.linalg.norm(target) + 1.0
+    anchors = np.arange(len(target))[:, None] >= programme.pairs
     transposed = operator.T.tocsr()
     for iteration in range(1, max_iterations + 1):
         value = factor.solve(np.ascontiguousarray(transposed @ (target + slack - dual) + pull))
@@ -154,8 +199,7 @@ def solve_colors(
             size = max(float(np.linalg.norm(slack)), float(np.linalg.norm(gap)), 1e-3 * float(norm_target))
             primal = float(np.linalg.norm(gap - slack)) / size
             moved = float(np.linalg.norm(transposed @ (slack - previous)))
-            dual_scale = float(np.linalg.norm(transposed @ np.where(np.arange(terms)[:, None] >= len(pair), dual, 0.0)))
-            backward = moved / max(dual_scale, 1e-3)
+            backward = moved / max(float(np.linalg.norm(transposed @ np.where(anchors, dual, 0.0))), 1e-3)
             residual = max(primal, backward)
             if residual < tolerance:
                 break
@@ -164,6 +208,4 @@ def solve_colors(
                     rho, dual = rho * 2, dual / 2
                 elif backward > 5 * primal:
                     rho, dual = rho / 2, dual * 2
-    result = np.array(colors, np.float64)
-    result[free] = value
-    return ColorSolution(result, iteration, residual, color_objective(result, prior, neighbors, free, band, lambda_nn))
+    return value, iteration, residual

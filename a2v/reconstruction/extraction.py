@@ -296,41 +296,52 @@ def even_out(vertices: FloatArray, faces: IntArray, target: int, *, smoothing: i
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     if not is_closed(vertices, faces):  # in ambiguous cells marching cubes may leave a hole (seen once in 60 grids of white noise)
         _close(meshes)
-        vertices, faces = keep_pieces(meshes.current_mesh().vertex_matrix(), np.asarray(meshes.current_mesh().face_matrix(), np.int64))
+        vertices, faces = keep_pieces(*_current(meshes))
         meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    pieces = int(piece_of_faces(len(vertices), faces).max()) + 1
+    pieces = _count_pieces(vertices, faces)
+    states = [(np.asarray(vertices), np.asarray(faces)), *_clean_up(meshes, target, smoothing)]
+    if pieces == 1:
+        states[-1] = keep_pieces(*states[-1])  # what was cut off goes
+    for found in reversed(states):
+        if is_closed(*found) and _count_pieces(*found) == pieces:
+            while len(found[0]) < LEAST_VERTICES:
+                found = trimesh.remesh.subdivide(*found)
+            return found[0], found[1]
+    raise A2VError(f"no closed mesh of {pieces} pieces is left after the clean-up; give another resolution")
 
-    def current() -> tuple[FloatArray, IntArray]:
-        mesh = meshes.current_mesh()
-        return np.asarray(mesh.vertex_matrix()), np.asarray(mesh.face_matrix(), np.int64)
 
-    def good(found: tuple[FloatArray, IntArray]) -> bool:
-        return is_closed(*found) and int(piece_of_faces(len(found[0]), found[1]).max()) + 1 == pieces
+def _clean_up(meshes: Any, target: int, smoothing: int) -> list[tuple[FloatArray, IntArray]]:
+    """Smooth, decimate to `target` vertices, even out and untangle pymeshlab's current mesh: vertices and faces after each step."""
+    import pymeshlab
 
     def smooth(rounds: int) -> None:
         if rounds:
             meshes.apply_coord_taubin_smoothing(stepsmoothnum=rounds)
 
     smooth(smoothing)
-    states = [(np.asarray(vertices), np.asarray(faces)), current()]
+    states = [_current(meshes)]
     while meshes.current_mesh().vertex_number() < 1.05 * target:
         meshes.meshing_surface_subdivision_loop(iterations=1, threshold=pymeshlab.PercentageValue(0))
     meshes.meshing_decimation_quadric_edge_collapse(
         targetfacenum=2 * target, preservetopology=True, preservenormal=True, qualitythr=0.5, planarquadric=True, optimalplacement=True
     )
-    states.append(current())
+    states.append(_current(meshes))
     meshes.meshing_isotropic_explicit_remeshing(iterations=2, splitflag=False, collapseflag=False, featuredeg=60.0, checksurfdist=False)
     smooth(smoothing // 2)
     meshes.meshing_remove_unreferenced_vertices()
-    states.append(current())
+    states.append(_current(meshes))
     _cut_self_intersections(meshes)
-    states.append(keep_pieces(*current()) if pieces == 1 else current())  # what was cut off goes
-    for found in reversed(states):
-        if good(found):
-            while len(found[0]) < LEAST_VERTICES:
-                found = trimesh.remesh.subdivide(*found)
-            return found[0], found[1]
-    raise A2VError(f"no closed mesh of {pieces} pieces is left after the clean-up; give another resolution")
+    return [*states, _current(meshes)]
+
+
+def _current(meshes: Any) -> tuple[FloatArray, IntArray]:
+    """Vertices (V, 3) float64 and faces (F, 3) int64 of pymeshlab's current mesh."""
+    mesh = meshes.current_mesh()
+    return np.asarray(mesh.vertex_matrix()), np.asarray(mesh.face_matrix(), np.int64)
+
+
+def _count_pieces(vertices: FloatArray, faces: IntArray) -> int:
+    return int(piece_of_faces(len(vertices), faces).max()) + 1
 
 
 def snap_to_level(vertices: FloatArray, faces: IntArray, field: Field, reach: float, *, rounds: int = 2, chunk: int = 65_536) -> FloatArray:

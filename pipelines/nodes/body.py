@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from a2v.body import FitSettings
-from a2v.types import Body, OrthographicCamera, Subject, Surface
+from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
 from pipelines.memo import measure, memo, progress
 from pipelines.store import Ref, get, put
 
@@ -20,7 +20,7 @@ def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[
 
 @memo()
 def body(
-    subject: Ref[Subject], surface: Ref[Surface], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], fit: FitSettings
+    subject: Ref[Subject], surface: Ref[Reconstruction], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], fit: FitSettings
 ) -> Ref[Body]:
     """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it.
 
@@ -28,11 +28,12 @@ def body(
     """
     from a2v.body import FitResult, fit_body
 
-    shape, first, camera = get(surface, Surface), get(photo_body, Body), get(photo_camera, OrthographicCamera)
-    if shape.provenance.get("backend") == "body-prior":
+    person, first, camera = get(surface, Reconstruction), get(photo_body, Body), get(photo_camera, OrthographicCamera)
+    if person.from_body:
         return photo_body
+    start = FitResult(first, camera)
     result = fit_body(
-        get(subject, Subject), settings=fit, surface=shape, camera=camera, initial=FitResult(first, camera), progress=progress()
+        get(subject, Subject), settings=fit, surface=person.surface, camera=camera, initial=start, progress=progress()
     )
     measure(result.residuals)
     return put(result.body)

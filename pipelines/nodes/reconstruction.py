@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
-from a2v.types import Body, OrthographicCamera, Subject, Surface
+from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.memo import memo, progress
 from pipelines.store import Ref, get, put
 
@@ -11,25 +11,20 @@ from pipelines.store import Ref, get, put
 @memo()
 def surface(
     subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: SurfaceSettings | ImplicitSettings
-) -> Ref[Surface]:
+) -> Ref[Reconstruction]:
     """Reconstruct the person with clothes and hair; whose settings are given says by which backend."""
-    from a2v.reconstruction.backends import reconstruct_surface
+    from a2v.reconstruction.backends import reconstruct
 
     camera = get(photo_camera, OrthographicCamera)
-    return put(reconstruct_surface(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
+    return put(reconstruct(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
 
 
 @memo()
 def colored(
-    surface: Ref[Surface], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+    surface: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
-    from a2v.reconstruction.backends import Shape, color_shape, expected_colors
+    from a2v.reconstruction.backends import color_by_photo
 
-    shape = get(surface, Surface)
-    made = Shape(shape, expected_colors(shape))
-    return put(
-        color_shape(
-            made, get(subject, Subject), get(body, Body), get(photo_camera, OrthographicCamera), settings=color, progress=progress()
-        )
-    )
+    person, fitted, camera = get(surface, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
+    return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))

@@ -32,11 +32,11 @@ from a2v.evaluation.reconstruction import (
     surface_maps,
     to_true_frame,
 )
-from a2v.reconstruction.backends import COLORINGS, Shape
+from a2v.reconstruction.backends import COLORINGS
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.avatars import a_pose
 from a2v.studio.settings import StudioSettings
-from a2v.types import OrthographicCamera, Subject, Surface
+from a2v.types import OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.cli import main
 
 SIZE = 400
@@ -209,13 +209,14 @@ def test_mirrored_coloring_shows_the_photo_on_both_sides(wide: trimesh.Trimesh) 
     image[:, : SIZE // 2], image[:, SIZE // 2 :] = (200, 30, 30), (30, 30, 200)
     maps = surface_maps(case.surface, case.normals, CAMERA, (SIZE, SIZE), size=SIZE, side=1)
     subject = dataclasses.replace(subject_of(case), image=image, mask=maps.mask.astype(np.float32))
-    colored = COLORINGS["mirrored"](Shape(case.surface), subject, None, CAMERA)
+    made = Reconstruction(surface=case.surface, backend="none")
+    colored = COLORINGS["mirrored"](made, subject, None, CAMERA)
     for side in (1, -1):
         seen = surface_maps(colored, case.normals, CAMERA, (SIZE, SIZE), size=SIZE, side=side)
         inner = seen.mask & (np.abs(np.arange(SIZE) - SIZE / 2) > 8)[None]
         assert np.abs(seen.colors[inner] - image[inner] / 255).max() < 0.02
     with pytest.raises(InputError, match="network"):
-        COLORINGS["network"](Shape(case.surface), subject, None, CAMERA)
+        COLORINGS["network"](made, subject, None, CAMERA)
 
 
 def test_mask_of_a_crop_that_reaches_out_of_the_photo() -> None:

@@ -102,19 +102,7 @@ def implicit_surface(
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
     levels = rim_levels(person, bounds)
-    outline = mask_distance(person.frame.mask, person.frame.camera.scale)
-
-    def field(points: FloatArray) -> FloatArray:
-        pixels = person.frame.camera.project(points)
-        return np.maximum(person.distance(points) - sample_image(levels, pixels, linear=True), sample_image(outline, pixels, linear=True))
-
-    vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
-    inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM
-    inside = np.clip(inside, 0, 1)
-    smooth = smooth_surface(vertices, faces, inside, settings.smoothing)
-    if settings.relief:
-        smooth = follow_normals(smooth, faces, *expected_normals(person, smooth, faces, inside), stiffness=settings.relief)
-    vertices = without_crossings(smooth, vertices, faces)
+    vertices, faces = _shape(person, bounds, levels, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
         vertices=vertices.astype(np.float32),
@@ -127,6 +115,25 @@ def implicit_surface(
             "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
         },
     )
+
+
+def _shape(
+    person: ImplicitPerson, bounds: FloatArray, levels: FloatArray, settings: ImplicitSettings, progress: Progress | None
+) -> tuple[FloatArray, IntArray]:
+    """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask, smoothed and with the relief of the maps."""
+    outline = mask_distance(person.frame.mask, person.frame.camera.scale)
+
+    def field(points: FloatArray) -> FloatArray:
+        pixels = person.frame.camera.project(points)
+        return np.maximum(person.distance(points) - sample_image(levels, pixels, linear=True), sample_image(outline, pixels, linear=True))
+
+    vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
+    inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM
+    inside = np.clip(inside, 0, 1)
+    smooth = smooth_surface(vertices, faces, inside, settings.smoothing)
+    if settings.relief:
+        smooth = follow_normals(smooth, faces, *expected_normals(person, smooth, faces, inside), stiffness=settings.relief)
+    return without_crossings(smooth, vertices, faces), faces
 
 
 def smooth_surface(vertices: FloatArray, faces: IntArray, share: FloatArray, rounds: int) -> FloatArray:

@@ -1,0 +1,45 @@
+"""Settings of the `body-prior` backend."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from a2v.errors import InputError
+
+
+@dataclass(frozen=True)
+class SurfaceSettings:
+    """How the body becomes the surface.
+
+    Attributes
+    ----------
+    resolution : int
+        Grid cells over the person's longer side; 320 gives cells of about 5 mm.
+    vertices : int
+        Vertices to aim at, at least 25,000.
+    reach : float
+        How far the rim may be pulled to the silhouette, metres.
+    rounds : int
+        Rounds of matching and deforming.
+    depth : float
+        Share of the sideways push that is also given in depth.
+    lobe : float
+        Half thickness at most of fused hair, skirts and bags, metres.
+    """
+
+    resolution: int = 320
+    vertices: int = 36_000
+    reach: float = 0.12
+    rounds: int = 5
+    depth: float = 0.7
+    lobe: float = 0.09
+
+    def __post_init__(self) -> None:
+        if not 200 <= self.resolution <= 640:
+            raise InputError(f"resolution is {self.resolution}; expected 200 to 640 cells")
+        if not 25_000 <= self.vertices <= 200_000:
+            raise InputError(f"vertices is {self.vertices}; expected 25000 to 200000")
+        if not 1 <= self.rounds <= 20:
+            raise InputError(f"rounds is {self.rounds}; expected 1 to 20")
+        if not (0 <= self.reach <= 0.5 and 0 <= self.depth <= 2 and 0 <= self.lobe <= 0.5):
+            raise InputError("reach and lobe are metres from 0 to 0.5, depth a share from 0 to 2")

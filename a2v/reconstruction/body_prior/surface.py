@@ -1,0 +1,130 @@
+"""The `body-prior` backend: the fitted body pushed out to the person's silhouette (clothes, hair).
+
+Three steps: (1) the body's rim is pulled to the contour of the mask by a smooth deformation of the body's skin, which also takes loose
+cloth outwards in depth; (2) what the mask has and no body reaches (hair, skirts, bags) is fused as an inflated lobe in a signed
+distance grid, and what sticks out of the mask is cut; (3) one closed surface is extracted and evened out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.skin import outer_skin
+from a2v.errors import InputError
+from a2v.geometry.rays import ray_scene
+from a2v.geometry.visibility import person_box, silhouette_iou
+from a2v.geometry.volume import Grid, signed_distance
+from a2v.reconstruction.body_prior.columns import mask_distance
+from a2v.reconstruction.body_prior.rim import SkinDeformer, drape, pull_to_contour
+from a2v.reconstruction.body_prior.settings import SurfaceSettings
+from a2v.reconstruction.body_prior.volume import add_lobes, close_head, close_toes, part_arms
+from a2v.reconstruction.extraction import mesh_grid
+from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
+
+
+def body_prior_surface(
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    *,
+    settings: SurfaceSettings | None = None,
+    progress: Progress | None = None,
+) -> Surface:
+    """Push the fitted body out (and in) to the mask's contour.
+
+    Parameters
+    ----------
+    subject : Subject
+        Its mask is what the front view must cover.
+    body : Body
+        In the frame of `camera`.
+    camera : OrthographicCamera
+        Of `subject.image`.
+
+    Returns
+    -------
+    Surface
+        One watertight piece with at least 25,000 vertices, grey. `provenance` holds `silhouette_iou` and its value for the bare body.
+
+    Raises
+    ------
+    InputError
+        An empty mask, or a body that does not overlap it.
+    """
+    settings = settings or SurfaceSettings()
+    steps = settings.rounds + 3
+    report = progress or (lambda done, total: None)
+    mask = np.asarray(subject.mask, np.float32)
+    skin, faces, parts = outer_skin(body)
+    before = _overlap(skin, faces, camera, mask)
+    grid = _make_grid(skin, mask > 0.5, camera, settings)
+    outline = mask_distance(mask, camera, grid)
+    bare, deformer = skin, SkinDeformer(skin, faces)
+    for turn in range(settings.rounds):
+        skin = pull_to_contour(skin, faces, parts, grid, outline, deformer, settings, turn)
+        report(turn + 1, steps)
+
+    skin = drape(skin, faces, parts, deformer, bare)
+    field = close_toes(close_head(signed_distance(skin, faces, grid), skin, parts, grid), skin, parts, grid)
+    report(settings.rounds + 1, steps)
+    field = add_lobes(field, skin, faces, grid, outline, settings)
+    # cut what sticks out of the mask by a rounded extrusion of it
+    field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
+    field = part_arms(field, bare, faces, parts, grid)
+    found, triangles = _extract(field, grid, settings.vertices)
+    vertices = _restore_face(found, skin, faces, parts, grid.cell)
+    report(settings.rounds + 2, steps)
+    after = silhouette_iou(vertices, triangles, camera, mask)
+    report(steps, steps)
+    return Surface(
+        vertices=vertices.astype(np.float32),
+        faces=triangles.astype(np.int32),
+        colors=np.full((len(vertices), 3), 0.7, np.float32),
+        provenance={"backend": "body-prior", "silhouette_iou": after, "body_silhouette_iou": before, "cell": grid.cell},
+    )
+
+
+def _overlap(skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:
+    """Intersection over union of body and mask; refuses an empty mask and a body that lies elsewhere."""
+    if (mask > 0.5).sum() < 64:
+        raise InputError("the subject's mask is empty; expected the person in it")
+    overlap = silhouette_iou(skin, faces, camera, mask)
+    if overlap < 0.2:
+        raise InputError(f"body and mask overlap by {overlap:.0%} only; fit the body to this photo first (a2v.body.fit_body)")
+    return overlap
+
+
+def _make_grid(skin: FloatArray, person: BoolArray, camera: OrthographicCamera, settings: SurfaceSettings) -> Grid:
+    low, high = person_box(skin, person, camera)
+    cell = float((high - low).max() / settings.resolution)
+    border = np.array([6 * cell, 6 * cell, 6 * cell + 0.10])
+    shape = np.ceil((high - low + 2 * border) / cell).astype(int) + 1
+    return Grid(low - border, cell, (int(shape[0]), int(shape[1]), int(shape[2])))
+
+
+def _extract(field: FloatArray, grid: Grid, target: int) -> tuple[FloatArray, IntArray]:
+    """The largest closed piece of the softened zero level, even and with about `target` vertices."""
+    from scipy.ndimage import gaussian_filter
+
+    field = np.pad(gaussian_filter(field, 0.7)[1:-1, 1:-1, 1:-1], 1, constant_values=3 * grid.cell)
+    if not (field < 0).any():
+        raise InputError("nothing is left of the body inside the mask; fit the body to this photo first (a2v.body.fit_body)")
+    return mesh_grid(field, grid, target, smoothing=6)
+
+
+def _restore_face(vertices: FloatArray, skin: FloatArray, faces: IntArray, parts: IntArray, cell: float) -> FloatArray:
+    """Lay the head's vertices back on the skin that the grid has blunted, where it is within a cell."""
+    own = faces[(parts[faces] == 0).all(axis=1)]
+    if not len(own):
+        return vertices
+    scene = ray_scene(skin, own, threads=0)
+    low, high = skin[own].min(axis=(0, 1)) - cell, skin[own].max(axis=(0, 1)) + cell
+    index = np.nonzero(((vertices > low) & (vertices < high)).all(axis=1))[0]
+    if not len(index):
+        return vertices
+    closest = scene.compute_closest_points(vertices[index].astype(np.float32))["points"].numpy()
+    shift = closest - vertices[index]
+    far = np.linalg.norm(shift, axis=1) / cell
+    result = vertices.copy()
+    result[index] += shift * np.clip(2.0 - 2.0 * far, 0, 1)[:, None] * 0.8
+    return result

@@ -1,0 +1,138 @@
+"""What the body cannot give, in the signed distance grid: closed mouths and shoes, gaps under the arms, hair, skirts and bags."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.geometry.images import nearest_known
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.volume import Grid
+from a2v.reconstruction.body_prior.columns import columns_seen
+from a2v.reconstruction.body_prior.settings import SurfaceSettings
+from a2v.types import FloatArray, IntArray
+
+
+def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells below the skin (creases stay)."""
+    from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
+
+    head = skin[parts == 0]
+    if len(head) == 0:
+        return field
+    low = np.clip(((head.min(axis=0) - grid.origin) / grid.cell).astype(int) - 6, 0, None)
+    high = ((head.max(axis=0) - grid.origin) / grid.cell).astype(int) + 7
+    box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+    solid = field[box] < 0
+    cavity = binary_erosion(binary_fill_holes(binary_dilation(solid)), iterations=3, border_value=1) & ~solid
+    field[box] = np.where(cavity, np.float32(-grid.cell), field[box])
+    return field
+
+
+def close_toes(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Fill the gaps between the toes (a morphological closing by two cells): most people are photographed in shoes."""
+    from scipy.ndimage import binary_closing
+
+    ball = np.linalg.norm(np.indices((5, 5, 5)) - 2.0, axis=0) < 2.5
+    for name in ("left_foot", "right_foot"):
+        foot = skin[parts == PARTS.index(name)]
+        if len(foot) == 0:
+            continue
+        ahead = foot[:, 2] > foot[:, 2].min() + 0.5 * np.ptp(foot[:, 2])
+        low = np.clip(((foot[ahead].min(axis=0) - grid.origin) / grid.cell).astype(int) - 4, 0, None)
+        high = ((foot[ahead].max(axis=0) - grid.origin) / grid.cell).astype(int) + 5
+        box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+        solid = field[box] < 0
+        gaps = binary_closing(np.pad(solid, 3), ball)[3:-3, 3:-3, 3:-3] & ~solid
+        field[box] = np.where(gaps, np.float32(-0.5 * grid.cell), field[box])
+    return field
+
+
+def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> FloatArray:
+    """Carve a gap of two cells where a sleeve has grown together with the trunk, or a raised arm would draw a web of cloth.
+
+    The gap runs half-way between the bare arm and the bare trunk, outside of both; near the armhole only where the two face each other.
+    """
+    from scipy.spatial import cKDTree
+
+    normals = vertex_normals(bare, faces)
+    trunk = np.nonzero(np.isin(parts, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh")]))[0]
+    if len(trunk) == 0:
+        return field
+    torso = parts == PARTS.index("torso")
+    tree = cKDTree(bare[trunk])
+    field = field.copy()
+    for side in ("left", "right"):
+        upper = parts == PARTS.index(f"{side}_upper_arm")
+        arm = np.nonzero(upper | np.isin(parts, [PARTS.index(f"{side}_{name}") for name in ("lower_arm", "hand")]))[0]
+        hole = faces[upper[faces].any(axis=1) & torso[faces].any(axis=1)]
+        if len(arm) == 0 or len(hole) == 0:
+            continue
+        low = np.maximum(((bare[arm].min(axis=0) - grid.origin) / grid.cell).astype(np.int64) - 12, 0)
+        high = ((bare[arm].max(axis=0) - grid.origin) / grid.cell).astype(np.int64) + 13
+        cells = np.argwhere(field[tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))] < 1.5 * grid.cell) + low
+        points = grid.origin + cells * grid.cell
+        far, nearest = (np.asarray(found) for found in tree.query(points, workers=1))
+        near, index = (np.asarray(found) for found in cKDTree(bare[arm]).query(points, workers=1))
+        kept = (near < 0.12) & (far < 0.12) & (np.abs(near - far) < 6 * grid.cell)
+        cells, points, body, limb = cells[kept], points[kept], trunk[nearest[kept]], arm[index[kept]]
+        gap = 1.1 * grid.cell - 0.5 * np.abs(near - far)[kept]  # distance to the half-way surface
+        outside = ((points - bare[body]) * normals[body]).sum(axis=1) > -0.004
+        outside &= ((points - bare[limb]) * normals[limb]).sum(axis=1) > -0.004
+        facing = (normals[body] * normals[limb]).sum(axis=1) < 0
+        beyond = np.linalg.norm(bare[limb] - bare[hole].mean(axis=(0, 1)), axis=1) > 0.13
+        carved = outside & (facing | beyond)
+        i, j, k = cells[carved].T
+        field[i, j, k] = np.maximum(field[i, j, k], gap[carved])
+    return field
+
+
+def add_lobes(
+    field: FloatArray, skin: FloatArray, faces: IntArray, grid: Grid, mask_distance: FloatArray, settings: SurfaceSettings
+) -> FloatArray:
+    """Fuse inflated volumes where the mask has something that the body does not reach."""
+    import cv2
+
+    front, back = columns_seen(skin, faces, grid)
+    covered = np.isfinite(front)
+    wanted = mask_distance < 0
+    # slivers along the rim (under a centimetre and a half) are no hair and no skirt
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+    missing = (
+        cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
+    )
+    if not missing.any():
+        return field
+    # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
+    inner = np.where(wanted, -mask_distance, 0).astype(np.float32)
+    span = max(3, int(2 * settings.lobe / grid.cell)) | 1
+    radius = np.clip(cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))), 2 * grid.cell, settings.lobe)
+    radius = cv2.GaussianBlur(radius.astype(np.float32), (0, 0), span / 4)
+    depth = np.minimum(inner, radius)
+    half = np.sqrt(np.maximum(depth * (2 * radius - depth), 0))
+    # continue the body's middle and thickness into the lobe
+    nearest = nearest_known(covered)
+    middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
+    middle = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
+    thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
+    near_thick = cv2.GaussianBlur(
+        cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0
+    )
+    half = np.minimum(half, np.maximum(0.5 * near_thick, 0.015))
+    half = np.maximum(half, 0.8 * grid.cell)
+    # fade out into the body over a few centimetres
+    into = cv2.distanceTransform((~missing).astype(np.uint8), cv2.DIST_L2, 5) * grid.cell
+    fade = np.clip(1.0 - into / 0.015, 0, 1)
+    z = grid.axis(2).astype(np.float32)
+    active = (into < 0.015) & wanted
+    i, j = np.nonzero(active)
+    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
+    limit = 3 * grid.cell
+    field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
+    return field
+
+
+def _smooth_min(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
+    """Polynomial smooth union of two distance fields."""
+    mix = np.clip(width - np.abs(a - b), 0, None)
+    return np.asarray(np.minimum(a, b) - mix * mix / (4 * width))

@@ -5,12 +5,13 @@ PHOTO ?= a2v/samples/person.jpg
 ACTION ?= Walk
 OUT ?= out/video
 WORKERS ?= 2
+CASES ?= 2000
 # rendering.py runs Cycles in an environment of its own, through rendering_cycles.py
 BENCHMARKS ?= $(filter-out %_cycles.py,$(wildcard benchmarks/*.py))
 ARGS ?=
 export PYTHON
 
-.PHONY: help setup video test bench sheets lint notebooks dag clean
+.PHONY: help setup video test fuzz bench sheets lint notebooks dag clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -24,6 +25,9 @@ video: setup ## PHOTO=… ACTION=… OUT=…: a person and an action to a video;
 
 test: setup ## run every test
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
+
+fuzz: setup ## hostile files for every reader, CASES=2000 of each kind
+	@A2V_FUZZ=$(CASES) $(PY) -m pytest tests/fuzz $(ARGS)
 
 bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done

@@ -5,8 +5,10 @@ Every file that a2v writes appears under its final name only when it is complete
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
+import json
 import os
 import re
 import reprlib
@@ -19,10 +21,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from a2v.errors import InputError
+from a2v.errors import A2VError, InputError
 
-MAX_ARCHIVE_BYTES = 4 << 30
+MAX_ARCHIVE_BYTES = 1 << 30
 """Refuse to unpack more than this from one ``.npz`` (a zip bomb would otherwise fill the memory)."""
+
+
+_MARK = "-a2v"
+"""In the names of temporary files, before eight random characters."""
 
 
 @contextmanager
@@ -39,8 +45,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(path)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
-        os.close(handle)
+        handle, name = tempfile.mkstemp(prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent)
+        _lock(handle)
     except OSError as error:
         raise InputError(f"cannot write {target}: {error.strerror}; choose another output folder") from error
     temporary = Path(name)
@@ -53,7 +59,33 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise InputError(f"cannot write {target}: {error.strerror or error}; free some space or choose another folder") from error
         raise
     finally:
+        os.close(handle)
         temporary.unlink(missing_ok=True)
+
+
+def _lock(handle: int) -> bool:
+    """Hold an open file until it is closed, or the process ends; False where another process holds it."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def clear_leftovers(folder: str | os.PathLike[str]) -> None:
+    """Remove the temporary files of `atomic_path` in `folder` whose process was killed; those that are being written stay."""
+    for path in Path(folder).glob(f".*{_MARK}????????*"):
+        with contextlib.suppress(OSError):
+            handle = os.open(path, os.O_RDWR)
+            try:
+                if _lock(handle):
+                    path.unlink()
+            finally:
+                os.close(handle)
 
 
 def user_cache_folder() -> Path | None:
@@ -118,25 +150,67 @@ def _open_at_once(name: str, flags: int) -> int:
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30) -> bytes:
+def read_bytes(path: str | os.PathLike[str], *, limit: int = 1 << 30, empty: bool = False) -> bytes:
     """Read a user's whole file.
 
     Raises
     ------
     InputError
-        It cannot be read (`open_file`), is empty or is larger than `limit` bytes.
+        It cannot be read (`open_file`), is larger than `limit` bytes, or has none, unless it may be `empty`.
     """
     with open_file(path) as stream:
         try:
             data = stream.read(limit + 1)
         except OSError as error:
             raise InputError(f"cannot read {path}: {error.strerror}") from error
-    if not data:
+    if not data and not empty:
         raise InputError(f"{path} is empty")
     if len(data) > limit:
-        size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit >> 10} KiB"
+        size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit >> 10} kB"
         raise InputError(f"{path} is larger than {size}; expected a smaller file")
     return data
+
+
+@contextmanager
+def reading(source: object, what: str, expected: str = "") -> Iterator[None]:
+    """Where data from outside becomes ours: whatever goes wrong in the block is the file's fault and becomes one `InputError`.
+
+    Parameters
+    ----------
+    source : what messages call the file
+    what : what it turns out not to be ("readable .npz")
+    expected : what it should have been
+
+    Raises
+    ------
+    InputError
+        As it was raised in the block, or naming `source`, what went wrong and what was `expected`.
+    """
+    try:
+        yield
+    except A2VError:
+        raise
+    except Exception as error:  # parsers raise every kind for what they did not foresee
+        hint = f"; expected {expected}" if expected else ""
+        raise InputError(f"{source} is no {what} ({type(error).__name__}: {shorten(error)}){hint}") from error
+
+
+def parse_json(data: bytes, source: object, expected: str) -> Any:
+    """The value of JSON in UTF-8, a byte-order mark or not.
+
+    Raises
+    ------
+    InputError
+        It is no JSON, too deep, or has numbers of thousands of digits.
+    """
+    try:
+        return json.loads(data.decode("utf-8-sig"))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{source}:{error.lineno}: {error.msg}, so this is no JSON; expected {expected}, is the file truncated?") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{source} is no text file; expected {expected}") from None
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise InputError(f"{source} is no JSON that can be used ({shorten(error)}); expected {expected}") from None
 
 
 def read_npz(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
@@ -173,9 +247,20 @@ def shorten(value: object, length: int = 200) -> str:
     elif isinstance(value, str):
         text = value[: length + 1]
     else:
-        text = reprlib.repr(value)
+        text = brief(value)
     text = " ".join(text[: 4 * length].split())
     return text if len(text) <= length else f"{text[: length - 1]}…"
+
+
+def brief(value: object) -> str:
+    """`value` as `reprlib` writes it, on one line of at most 120 characters: text in quotation marks, two levels of what is nested."""
+    writer = reprlib.Repr()
+    writer.maxlevel = 2
+    try:
+        text = " ".join(writer.repr(value).split())
+        return text if len(text) <= 120 else f"{text[:119]}…"
+    except ValueError:  # a number of thousands of digits
+        return f"a {type(value).__name__} of absurd size"
 
 
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")

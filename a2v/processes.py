@@ -60,7 +60,7 @@ def safe_children() -> Iterator[None]:
             words[code] = _guarded(words[code])
             return start(path, words, descriptors)
 
-        multiprocessing.util.spawnv_passfds = guarded
+        multiprocessing.util.spawnv_passfds = guarded  # type: ignore[assignment]
         try:
             yield
         finally:

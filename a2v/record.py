@@ -15,7 +15,7 @@ import numpy as np
 from typing_extensions import Self
 
 from a2v.errors import InputError
-from a2v.io import read_npz, write_npz
+from a2v.io import parse_json, read_npz, reading, shorten, write_npz
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,9 +67,9 @@ class Record:
                 if nested:
                     values[name] = kind.from_arrays(nested)
             elif nested:
-                values[name] = nested
+                values[name] = {key: _plain_array(array, "biufUS", f"{cls.__name__}.{name}.{key}") for key, array in nested.items()}
             elif name in arrays:
-                values[name] = _decode(arrays[name], kind)
+                values[name] = _decode(arrays[name], kind, f"{cls.__name__}.{name}")
             elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
                 raise InputError(f"no array '{name}' for a {cls.__name__}; found: {', '.join(sorted(arrays)) or 'nothing'}")
         return cls(**values)
@@ -88,7 +88,8 @@ class Record:
             The file is no readable ``.npz`` or not of this type; the message names the file.
         """
         try:
-            return cls.from_arrays(read_npz(path))
+            with reading(path, f"{cls.__name__} that a2v wrote"):
+                return cls.from_arrays(read_npz(path))
         except InputError as error:
             message = str(error)
             raise error if str(path) in message else InputError(f"{path}: {message}") from None
@@ -110,6 +111,14 @@ class Record:
         if np.issubdtype(value.dtype, np.floating) and name not in self.may_hold_nan and not np.isfinite(value).all():
             raise InputError(f"{type(self).__name__}.{name} holds NaN or infinite numbers")
 
+    def _check_indices(self, name: str, count: int, *, least: int = 0) -> None:
+        """Check that the whole numbers of array field `name` lie in `least` to `count` - 1."""
+        values = getattr(self, name)
+        if values.size and (int(values.min()) < least or int(values.max()) >= count):
+            raise InputError(
+                f"{type(self).__name__}.{name} reaches from {int(values.min())} to {int(values.max())}; expected {least} to {count - 1}"
+            )
+
 
 def _without_none(hint: Any) -> Any:
     if get_origin(hint) in (typing.Union, types.UnionType):
@@ -117,16 +126,66 @@ def _without_none(hint: Any) -> Any:
     return hint
 
 
-def _decode(array: np.ndarray, kind: Any) -> Any:
-    if kind in (str, int, float, bool):
-        return kind(array.item())
-    if get_origin(kind) is Literal:
-        return str(array.item())
-    if get_origin(kind) is tuple:
-        return _to_tuple(json.loads(str(array.item())))
-    if get_origin(kind) is not None and issubclass(typing.cast(type, get_origin(kind)), Mapping):
-        return json.loads(str(array.item()))
+_KINDS = {str: "US", bool: "b", int: "iu", float: "iuf"}
+"""Letters of numpy's kinds that hold a single value of each type."""
+_NUMBERS: tuple[tuple[Any, str], ...] = ((np.uint8, "u"), (np.integer, "iu"), (np.floating, "iuf"), (np.bool_, "b"))
+
+
+def _decode(array: np.ndarray, kind: Any, what: str) -> Any:
+    """The value of a field of type `kind` out of its array; `what` names the field in the `InputError` for every other array."""
+    origin = get_origin(kind)
+    if kind in _KINDS:
+        return kind(_single(array, _KINDS[kind], what))
+    if origin is Literal:
+        value = str(_single(array, "US", what))
+        if value not in get_args(kind):
+            raise InputError(f"{what} is {shorten(value)}; expected {' or '.join(map(str, get_args(kind)))}")
+        return value
+    if origin is tuple:
+        return _to_tuple(_json(array, list, what, _item_of(kind)))
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return _json(array, dict, what, None)
+    return _plain_array(array, _letters(kind), what)
+
+
+def _single(array: np.ndarray, kinds: str, what: str) -> Any:
+    if array.size != 1 or array.dtype.kind not in kinds:
+        raise InputError(f"{what} is an array of shape {array.shape} and type {array.dtype}; expected a single {_named(kinds)}")
+    return array.item()
+
+
+def _plain_array(array: np.ndarray, kinds: str, what: str) -> np.ndarray:
+    if array.dtype.kind not in kinds:
+        raise InputError(f"{what} has the type {array.dtype}; expected {_named(kinds)}s")
     return array
+
+
+def _named(kinds: str) -> str:
+    return {"US": "text", "b": "truth value", "iu": "whole number", "u": "byte"}.get(kinds, "number")
+
+
+def _letters(hint: Any) -> str:
+    """Kinds of numpy that an array field's type allows."""
+    scalar = get_args(get_args(hint)[1])[0] if len(get_args(hint)) == 2 else None
+    scalar = get_origin(scalar) or scalar
+    return next((letters for base, letters in _NUMBERS if isinstance(scalar, type) and issubclass(scalar, base)), "biuf")
+
+
+def _item_of(hint: Any) -> type | None:
+    """Type of the items of a tuple of them; None where they differ or are tuples."""
+    kinds = {part for part in get_args(hint) if part is not Ellipsis}
+    kind = kinds.pop() if len(kinds) == 1 else None
+    return kind if isinstance(kind, type) and kind in _KINDS else None
+
+
+def _json(array: np.ndarray, kind: type, what: str, item: type | None) -> Any:
+    value: Any = parse_json(str(_single(array, "US", what)).encode(), what, "JSON that a2v wrote")
+    named = "a list" if kind is list else "an object"
+    if type(value) is not kind:
+        raise InputError(f"{what} is {shorten(value, 60)}; expected {named}")
+    if item is not None and not all(isinstance(part, item if item is not float else int | float) for part in value):
+        raise InputError(f"{what} is {shorten(value, 60)}; expected {named} of {item.__name__}")
+    return value
 
 
 def _to_tuple(value: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import sha256
+from a2v.io import sha256, shorten
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 """Folder of the shipped models."""
@@ -55,8 +55,10 @@ def read_metadata(path: Path, formats: Collection[str], what: str, threads: int 
         metadata = json.loads(text)
     except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
         raise InputError(f"{path} is no {what} of a2v ({type(error).__name__})") from None
+    if not isinstance(metadata, dict):
+        raise InputError(f"{path} is no {what} of a2v: what it says of itself is {shorten(metadata, 60)}")
     if metadata.get("format") not in formats:
-        raise InputError(f"{path} has the format {metadata.get('format')!r}; this version reads {' and '.join(formats)}")
+        raise InputError(f"{path} has the format {shorten(metadata.get('format'), 60)}; this version reads {' and '.join(formats)}")
     return dict(metadata)
 
 

@@ -30,6 +30,9 @@ VIEWS: tuple[str, ...] = ("front", "back", "left", "right")
 NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
 """Regular expression of names that become names of files."""
 
+MAX_JOINT_FRAMES = 1_000_000
+"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700 bytes a joint and frame."""
+
 Progress = Callable[[int, int], None]
 """Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
 
@@ -93,6 +96,8 @@ class Motion(Record):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
             raise InputError(f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames")
+        if not sizes["J"]:
+            raise InputError("Motion has no joints")
         order = np.arange(sizes["J"])
         if self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
             raise InputError("Motion.parents must list parents before children, with -1 for joint 0 alone")
@@ -230,8 +235,7 @@ class Surface(Record):
             self._check("uv", ("F", 3, 2), sizes)
         if self.visible is not None:
             self._check("visible", ("V",), sizes)
-        if self.faces.size and (self.faces.min() < 0 or self.faces.max() >= sizes["V"]):
-            raise InputError(f"Surface.faces names vertex {int(self.faces.max())} of {sizes['V']}")
+        self._check_indices("faces", sizes["V"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -312,6 +316,8 @@ class Body(Record):
         self._check("bone_tails", ("B", 3), sizes)
         self._check("weights", ("V", "B"), sizes)
         self._check("parts", ("V",), sizes)
+        self._check_indices("faces", sizes["V"])
+        self._check_indices("bone_parents", sizes["B"], least=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -347,6 +353,8 @@ class Character(Record):
         self._check("bones", ("V", 4), sizes)
         self._check("anchors", ("V",), sizes)
         self._check("parts", ("V",), sizes)
+        self._check_indices("bones", len(self.body.bone_names))
+        self._check_indices("anchors", len(self.body.vertices))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -389,6 +397,8 @@ class RenderSettings(Record):
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
         if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
             raise InputError(f"'{odd[0]}' names no view; expected letters, digits, - and _, since files are named so")
+        if not 0 <= self.seed < 2**32:
+            raise InputError(f"the renderer's seed is {self.seed}; expected 0 to {2**32 - 1}")
         if not self.views:
             raise InputError(f"no view given; choose from {', '.join(VIEWS)}")
         if doubles := [view for view in self.views if self.views.count(view) > 1]:

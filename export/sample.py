@@ -24,6 +24,7 @@ import numpy as np
 
 CLIPS_AT_ONCE = 250
 """Clips of one run of the graph: more are made in parts, which takes less memory and is no slower."""
+FORMATS = ("a2v-motion/1", "a2v-flow/1")
 STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -40,11 +41,14 @@ class Model:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.log_severity_level = 3
-        self.session = onnxruntime.InferenceSession(os.fspath(path), options, providers=["CPUExecutionProvider"])
-        text = self.session.get_modelmeta().custom_metadata_map.get("a2v")
-        if text is None:
-            raise ValueError(f"{path} is no motion model of a2v")
-        self.metadata = json.loads(text)
+        try:
+            self.session = onnxruntime.InferenceSession(os.fspath(path), options, providers=["CPUExecutionProvider"])
+            self.metadata = json.loads(self.session.get_modelmeta().custom_metadata_map["a2v"])
+            whole = self.metadata["format"] in FORMATS and {"actions", "fps", "frames", "skeleton", "bone_lengths"} <= set(self.metadata)
+        except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
+            raise ValueError(f"{path} is no motion model of a2v ({type(error).__name__}); give an .onnx file that a2v exported") from None
+        if not whole:
+            raise ValueError(f"{path} is no motion model that this script knows; expected the format {' or '.join(FORMATS)}")
 
     def label(self, action: str) -> int:
         """Index of an action's name (case, spaces, hyphens and underscores don't matter)."""
@@ -226,6 +230,9 @@ def write(path: Path, data: bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
+        mask = os.umask(0o022)  # it can only be read by setting it
+        os.umask(mask)
+        Path(temporary).chmod(0o666 & ~mask)
         Path(temporary).replace(path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
@@ -238,7 +245,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("model", type=Path, help="an .onnx file exported by a2v")
     parser.add_argument("--action", help="an action, or several separated by commas (a transition)")
     parser.add_argument("--out", type=Path, help="F.npz (all clips) or F.bvh (with --count N: F_000.bvh, ...)")
-    parser.add_argument("--frames", type=int, default=0, help="frames a clip (default: the model's)")
+    parser.add_argument("--frames", type=int, default=None, help="frames a clip (default: the model's)")
     parser.add_argument("--count", type=int, default=1, help="clips to generate")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise")
     parser.add_argument("--bone-scale", type=float, default=1.0, help="factor on the bone lengths")
@@ -254,9 +261,11 @@ def main(arguments: list[str] | None = None) -> int:
             return 0
         if options.out is None or options.out.suffix not in (".npz", ".bvh"):
             raise ValueError("give --out F.npz or --out F.bvh")
-        frames = options.frames or meta["frames"]
-        if not 1 <= frames <= 10_000 or options.count < 1:
-            raise ValueError("--frames must be 1 to 10000 and --count at least 1")
+        frames = meta["frames"] if options.frames is None else options.frames
+        if not 1 <= frames <= 10_000 or not 1 <= options.count <= 1_500_000 // frames:
+            raise ValueError("--frames must be 1 to 10000, --count at least 1, and both together at most 1500000 frames")
+        if options.seed < 0:
+            raise ValueError(f"--seed is {options.seed}; expected 0 or more")
         clips = model.sample(options.action, frames, options.count, options.seed, options.bone_scale)
         if options.out.suffix == ".bvh":
             for i in range(options.count):

@@ -25,7 +25,7 @@ from types import FrameType, ModuleType
 from typing import TextIO
 
 from a2v.errors import A2VError, InputError
-from a2v.io import printable, user_cache_folder
+from a2v.io import printable, shorten, user_cache_folder
 from a2v.processes import import_folders, safe_children
 
 COMMANDS = {
@@ -62,9 +62,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 141
     except OSError as error:
+        place = f" ({shorten(str(error.filename))})" if error.filename else ""
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
-            place = f" ({error.filename})" if error.filename else ""
             return _fail(f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR", 2)
+        if error.filename:
+            return _fail(f"{error.strerror}{place}; give another name or folder", 2)
         raise
     finally:
         if before is not None:

@@ -6,15 +6,18 @@ BLAS, OpenMP and Dr.Jit thread each, and they end with the process that started 
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import logging
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from typing import Any, Literal
 
-from a2v.errors import InputError, MissingDependencyError
+from a2v.errors import A2VError, InputError, MissingDependencyError
+from a2v.io import shorten
 from a2v.processes import safe_children, start_fork_server
 
 ExecutorName = Literal["serial", "local", "dask", "ray"]
@@ -199,6 +202,7 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
     except ImportError as error:
         raise MissingDependencyError("the dask executor needs Dask: pip install 'a2v[dask]'") from error
     with contextlib.ExitStack() as stack:
+        stack.enter_context(_silent(logging.getLogger("distributed"), logging.getLogger("distributed.client")))
         if address is None:
             with safe_children():
                 cluster = distributed.LocalCluster(
@@ -207,6 +211,46 @@ def _dask_executor(workers: int, address: str | None) -> Iterator[Executor]:
             stack.enter_context(cluster)
             client = stack.enter_context(distributed.Client(cluster))
         else:
-            client = stack.enter_context(distributed.Client(address))
+            client = stack.enter_context(_connect(distributed, address))
         client.run(_limit_threads)
-        yield client.get_executor(retries=2)
+        try:
+            yield client.get_executor(retries=2)
+        except A2VError:
+            raise
+        except (distributed.KilledWorker, distributed.comm.CommClosedError, asyncio.CancelledError, CancelledError, OSError) as error:
+            raise A2VError(_dask_failure(error, address, alive=client.status == "running")) from error
+
+
+@contextlib.contextmanager
+def _silent(*loggers: logging.Logger) -> Iterator[None]:
+    """Keep pages of what went wrong from standard error: the one sentence that is raised says it."""
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+CONNECT_SECONDS = 10.0
+
+
+def _connect(distributed: Any, address: str) -> Any:
+    """A client of the scheduler at `address`."""
+    try:
+        return distributed.Client(address, timeout=CONNECT_SECONDS)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at '{address}' ({shorten(error, 80)}); start one (dask scheduler) or give another --address"
+        ) from None
+
+
+def _dask_failure(error: BaseException, address: str | None, *, alive: bool) -> str:
+    """What happened to a run on Dask, in one line with its remedy."""
+    if "KilledWorker" in type(error).__name__:
+        return "Dask's workers were killed while they computed, most likely because the memory was used up; run again with fewer or larger workers"
+    where = f"at {address} " if address else ""
+    lost = "a worker or the network failed" if alive else "it ended or cannot be reached any more"
+    return f"the Dask scheduler {where}stopped answering: {lost}; what was finished is remembered: start it again and repeat the command"

@@ -17,7 +17,7 @@ from a2v.animation import BindSettings, DeformSettings, RetargetSettings
 from a2v.body import FitSettings
 from a2v.errors import InputError
 from a2v.formats.registry import readable_motions
-from a2v.io import read_bytes
+from a2v.io import clear_leftovers, read_bytes
 from a2v.motion import BUNDLED
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
@@ -51,12 +51,13 @@ def check_writable(folder: str | os.PathLike[str]) -> Path:
         They cannot.
     """
     path = Path(folder)
-    if path.exists() and not path.is_dir():
-        raise InputError(f"cannot write to {path}: it is a file; give a folder as --out")
     try:
+        if path.exists() and not path.is_dir():
+            raise InputError(f"cannot write to {path}: it is a file; give a folder as --out")
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path) as probe:
             probe.write(b"\0" * 4096)
+        clear_leftovers(path)
     except OSError as error:
         what = "the disk is full" if error.errno in (errno.ENOSPC, errno.EDQUOT) else error.strerror
         raise InputError(f"cannot write to {path}: {what}; choose another --out") from error

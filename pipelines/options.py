@@ -18,7 +18,8 @@ from typing import Any, TypeVar
 import jsonargparse
 import yaml
 
-from a2v.errors import InputError
+from a2v.errors import A2VError, InputError
+from a2v.io import brief, shorten
 
 T = TypeVar("T")
 
@@ -104,7 +105,19 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
         raise InputError(f"{_with_hyphens(text)}; see a2v {command} --help") from None
+    except (A2VError, OSError):
+        raise
+    except Exception as error:  # of a --config that is no text, too deep, or means something else
+        raise InputError(f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help") from None
+    _check_seeds(found)
     return _made(kind, found)
+
+
+def _check_seeds(found: jsonargparse.Namespace) -> None:
+    """Demand that every option which is a seed lies where numpy and the renderer take it."""
+    for name, value in found.items():
+        if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
+            raise InputError(f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}")
 
 
 def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) -> jsonargparse.ArgumentParser:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from a2v.errors import InputError
+from a2v.errors import A2VError, InputError
 from a2v.io import printable
 from pipelines import memo
 from pipelines.executors import ExecutorName, SerialExecutor, open_executor
@@ -114,7 +114,13 @@ def run(
                     with open_executor(executor, workers=workers, address=address) as pool:
                         values |= _map(steps, targets, inputs, pool, store, events, anew)
                     break
-                except (BrokenProcessPool, LostObjectError):
+                except BrokenProcessPool:
+                    if attempt == ATTEMPTS - 1:
+                        raise A2VError(
+                            f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because the memory was used up; what was "
+                            "finished is remembered: run again with fewer --workers or a smaller --size"
+                        ) from None
+                except LostObjectError:
                     if attempt == ATTEMPTS - 1:
                         raise
         return Outcome(values, monitor.stats, time.perf_counter() - clock, peak(), store)

@@ -131,9 +131,19 @@ class Store:
         data = buffer.getvalue()
         ref: Ref[R] = Ref(digest_of(data))
         if not self.has(ref):
-            with atomic_path(self.path(ref)) as temporary:
+            with self._writing(self.path(ref)) as temporary:
                 temporary.write_bytes(data)
         return ref
+
+    @contextlib.contextmanager
+    def _writing(self, path: Path) -> Iterator[Path]:
+        try:
+            with atomic_path(path) as temporary:
+                yield temporary
+        except InputError as error:
+            raise InputError(
+                f"{str(error).partition(';')[0]}; free some space or choose another store with --cache or A2V_CACHE"
+            ) from error
 
     def get(self, ref: Ref[R], kind: type[R]) -> R:
         """Load what `put` stored.
@@ -180,7 +190,7 @@ class Store:
 
     def remember(self, node: str, key: str, result: Any, facts: dict[str, Any]) -> None:
         """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them)."""
-        with atomic_path(self._call(node, key)) as temporary:
+        with self._writing(self._call(node, key)) as temporary:
             temporary.write_text(json.dumps({"call": [node, key], "result": _encode(result), **facts}))
 
     # --- housekeeping

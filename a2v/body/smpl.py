@@ -8,7 +8,6 @@ blend skinning are those of any such model. What is read is the ``.npz`` of the 
 from __future__ import annotations
 
 import os
-import zipfile
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +17,7 @@ import numpy as np
 from a2v.body.parts import PARTS, parts_of_bones
 from a2v.body.skinning import BodyModel, BodyState, BoneTree, blend_skin, keep_recent
 from a2v.errors import InputError
+from a2v.io import open_file, reading
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.types import FloatArray, IntArray
@@ -214,23 +214,25 @@ def _read(path: Path) -> dict[str, np.ndarray]:
     if path.suffix.lower() == ".pkl":
         raise InputError(f"{path} is a pickle, which can run any program; convert it to .npz first (docs/body.md shows how)")
     needed = {"v_template": 2, "shapedirs": 3, "posedirs": 3, "J_regressor": 2, "weights": 2, "kintree_table": 2, "f": 2}
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise InputError(f"{path} holds a single array; expected an SMPL model as .npz")
-            sizes = {} if archive.zip is None else {item.filename.removesuffix(".npy"): item.file_size for item in archive.zip.infolist()}
-            if missing := [name for name in needed if name not in archive.files]:
-                raise InputError(f"{path} is no SMPL model: it has no array {', '.join(missing)}")
-            if sum(sizes.get(name, 0) for name in needed) > MAX_MODEL_BYTES:
-                raise InputError(f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it")
-            arrays = {name: archive[name] for name in needed}  # the others of SMPL-X hold pickled objects
-    except FileNotFoundError as error:
-        raise InputError(f"{path} does not exist; give the .npz of an SMPL, SMPL-H or SMPL-X model") from error
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path} is no readable .npz ({error})") from error
+    expected = "the .npz of an SMPL, SMPL-H or SMPL-X model"
+    with reading(path, "readable .npz", expected), open_file(path) as stream, np.load(stream, allow_pickle=False) as archive:
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise InputError(f"{path} holds a single array; expected an SMPL model as .npz")
+        sizes = {} if archive.zip is None else {item.filename.removesuffix(".npy"): item.file_size for item in archive.zip.infolist()}
+        if missing := [name for name in needed if name not in archive.files]:
+            raise InputError(f"{path} is no SMPL model: it has no array {', '.join(missing)}")
+        if sum(sizes.get(name, 0) for name in needed) > MAX_MODEL_BYTES:
+            raise InputError(f"{path} unpacks to more than {MAX_MODEL_BYTES >> 30} GiB; refusing to read it")
+        arrays = {name: archive[name] for name in needed}  # the others of SMPL-X hold pickled objects
+    with reading(path, "usable SMPL model", expected):
+        return _checked(path, arrays, needed)
+
+
+def _checked(path: Path, arrays: dict[str, np.ndarray], needed: dict[str, int]) -> dict[str, np.ndarray]:
+    """The arrays, which have the numbers of dimensions `needed` and fit each other."""
     for name, dimensions in needed.items():
+        if arrays[name].dtype.kind not in "fiu":
+            raise InputError(f"{path}: {name} has the type {arrays[name].dtype}; expected numbers")
         if arrays[name].ndim != dimensions or not np.isfinite(arrays[name]).all():
             raise InputError(f"{path}: {name} has shape {arrays[name].shape}; expected {dimensions} dimensions of finite numbers")
     vertices, bones = len(arrays["v_template"]), arrays["kintree_table"].shape[1]

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import brief, shorten
 
 _PLAIN_KINDS = "biufcSU"
 """Kinds of numpy numbers and text; objects, structures and dates are refused."""
@@ -32,9 +33,9 @@ class _StoredArray:
         """The array, bounded by what is left of the file."""
         shape, order, dtype = (self.__dict__.get(name) for name in ("shape", "order", "dtype"))
         if not isinstance(dtype, np.dtype) or dtype.kind not in _PLAIN_KINDS or not isinstance(shape, tuple) or order not in ("C", "F"):
-            raise _Forbidden(f"an array of {dtype!r} and shape {shape!r}")
+            raise _Forbidden(f"an array of {brief(dtype)} and shape {brief(shape)}")
         if not all(isinstance(n, int) and n >= 0 for n in shape):
-            raise _Forbidden(f"an array of shape {shape!r}")
+            raise _Forbidden(f"an array of shape {brief(shape)}")
         if self.__dict__.get("numpy_array_alignment_bytes") is not None:  # since joblib 1.2: a byte that counts the padding
             stream.read(stream.read(1)[0])
         size = math.prod(shape) * dtype.itemsize
@@ -54,7 +55,7 @@ def _array(kind: object, shape: object, code: object) -> np.ndarray:
 def _dtype(code: object, *_: object) -> np.dtype:
     found = np.dtype(code) if isinstance(code, str) else None
     if found is None or found.kind not in _PLAIN_KINDS:
-        raise _Forbidden(f"the type {code!r}")
+        raise _Forbidden(f"the type {brief(code)}")
     return found
 
 
@@ -138,6 +139,15 @@ class _ArrayUnpickler(pickle._Unpickler):
 
     dispatch[pickle.BUILD[0]] = load_build
 
+    def load_bytearray(self) -> None:
+        """Bytes that may change, in memory only as long as the rest of the stream."""
+        length = int.from_bytes(self.read(8), "little")  # type: ignore[attr-defined]
+        if length > len(self.stream.getbuffer()):
+            raise EOFError(f"{length} bytes are cut off")
+        self.append(bytearray(self.read(length)))  # type: ignore[attr-defined]
+
+    dispatch[pickle.BYTEARRAY8[0]] = load_bytearray
+
 
 def read_arrays_pickle(data: bytes, where: str) -> Any:
     """Read a pickle, or an uncompressed joblib file, of numbers, text, containers and numpy arrays.
@@ -162,6 +172,6 @@ def read_arrays_pickle(data: bytes, where: str) -> Any:
     try:
         return _ArrayUnpickler(io.BytesIO(data)).load()
     except _Forbidden as error:
-        raise InputError(f"{where} was not opened: it asks for {error}; only numpy arrays and plain values are read") from None
+        raise InputError(f"{where} was not opened: it asks for {shorten(error)}; only numpy arrays and plain values are read") from None
     except Exception as error:  # the unpickler raises every kind for a damaged stream
-        raise InputError(f"{where} is a damaged pickle ({type(error).__name__}: {error})".replace("\n", " ")) from None
+        raise InputError(f"{where} is a damaged pickle ({type(error).__name__}: {shorten(error)})") from None

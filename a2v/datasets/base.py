@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import read_bytes, reading
 from a2v.kinematics import Skeleton, bone_lengths, inverse_kinematics, skeleton_of
 from a2v.types import FloatArray, IntArray, Motion
 
@@ -296,10 +297,8 @@ class FileSource:
         if path.is_dir():
             self._archive = None
         elif path.is_file():
-            try:
+            with reading(path, "zip archive that can be read", "a folder or a zip"):
                 self._archive = zipfile.ZipFile(path)
-            except (zipfile.BadZipFile, OSError) as error:
-                raise InputError(f"{path} is neither a folder nor a zip archive ({error})") from None
         else:
             raise InputError(f"{path} does not exist; give the data set's folder or zip archive")
 
@@ -320,15 +319,15 @@ class FileSource:
             It is larger than `MAX_FILE_BYTES`, missing or damaged.
         """
         where = f"{self.path}/{name}"
-        try:
-            size = self._archive.getinfo(name).file_size if self._archive is not None else (self.path / name).stat().st_size
+        if self._archive is None:
+            return read_bytes(self.path / name, limit=MAX_FILE_BYTES, empty=True)
+        with reading(where, "file that can be unpacked", "one that is whole and not encrypted"):
+            if name not in self._archive.NameToInfo:
+                raise InputError(f"{where} does not exist")
+            size = self._archive.getinfo(name).file_size
             if size > MAX_FILE_BYTES:
                 raise InputError(f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)")
-            return self._archive.read(name) if self._archive is not None else (self.path / name).read_bytes()
-        except (KeyError, FileNotFoundError):
-            raise InputError(f"{where} does not exist") from None
-        except (zipfile.BadZipFile, OSError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
+            return self._archive.read(name)
 
     def read_npy(self, name: str) -> np.ndarray:
         """One ``.npy`` array, never unpickled.
@@ -339,10 +338,8 @@ class FileSource:
             As of `read`, or it is no such file.
         """
         data = self.read(name)
-        try:
+        with reading(f"{self.path}/{name}", "readable .npy file"):
             array = np.load(io.BytesIO(data), allow_pickle=False)
-        except Exception as error:  # numpy raises many kinds for a damaged header
-            raise InputError(f"{self.path}/{name} is no readable .npy file ({error})") from None
         if not isinstance(array, np.ndarray):
             raise InputError(f"{self.path}/{name} is an archive; expected one .npy array")
         return array

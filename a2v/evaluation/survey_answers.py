@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from a2v.errors import InputError
 from a2v.evaluation.survey import KEY_FORMAT, REAL
+from a2v.io import parse_json, read_bytes
 
 MAX_ANSWER_BYTES = 1 << 20
 MAX_KEY_BYTES = 16 << 20
@@ -108,10 +107,11 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
         good = (
             key["format"] == KEY_FORMAT
             and isinstance(key["survey"], str)
+            and isinstance(key["title"], str)
             and all(isinstance(clip["source"], str) for clip in key["clips"].values())
         )
         for question in key["questions"]:
-            good &= question["kind"] in ("preference", "real") and isinstance(question["id"], str) and names >= set(question["clips"])
+            good &= question["kind"] in ("preference", "real") and len(question["clips"]) > 0 and isinstance(question["id"], str) and names >= set(question["clips"])
     except (KeyError, TypeError, AttributeError):
         good = False
     if not good:
@@ -160,21 +160,9 @@ def read_answers(path: str | os.PathLike[str], key: Mapping[str, Any]) -> dict[s
 
 
 def _read_json(path: str | os.PathLike[str], limit: int, what: str) -> dict[str, Any]:
-    source = Path(path)
-    try:
-        if source.stat().st_size > limit:
-            raise InputError(f"{source} is larger than {limit >> 20} MiB; expected {what}")
-        content = json.loads(source.read_text(encoding="utf-8"))
-    except InputError:  # which is a ValueError
-        raise
-    except FileNotFoundError:
-        raise InputError(f"{source} does not exist; expected {what}") from None
-    except OSError as error:
-        raise InputError(f"{source} cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{source} is no JSON; expected {what}") from None
+    content = parse_json(read_bytes(path, limit=limit), path, what)
     if not isinstance(content, dict):
-        raise InputError(f"{source} holds no JSON object; expected {what}")
+        raise InputError(f"{path} holds no JSON object; expected {what}")
     return content
 
 

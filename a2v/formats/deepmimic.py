@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import parse_json, read_bytes
 from a2v.kinematics.skeleton import skeleton_of
 from a2v.kinematics.so3 import quat_to_rotmat, rotvec_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics
-from a2v.types import FloatArray, Motion
+from a2v.types import MAX_JOINT_FRAMES, FloatArray, Motion
 
 # DeepMimic's humanoid3d: name, parent, offset in metres (x forward, y up, z right), degrees of freedom in a frame:
 # 4 a quaternion, 1 an angle about z, 0 fixed. Frames hold the duration, the root's position and then these, in order.
@@ -86,18 +86,7 @@ def read_deepmimic(path: str | os.PathLike[str], *, action: str = "") -> Motion:
 
 def _read_frames(source: Path) -> FloatArray:
     """The file's numbers (T, `_FRAME`), checked."""
-    try:
-        if source.stat().st_size > MAX_BYTES:
-            raise InputError(f"{source} is larger than {MAX_BYTES >> 20} MiB; expected a DeepMimic clip")
-        content = json.loads(source.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{source} does not exist") from None
-    except OSError as error:
-        raise InputError(f"{source} cannot be read: {error.strerror}") from error
-    except json.JSONDecodeError as error:
-        raise InputError(f"{source}:{error.lineno}: {error.msg}; expected DeepMimic's JSON, is the file truncated?") from None
-    except (UnicodeDecodeError, RecursionError):
-        raise InputError(f"{source} is no text file; expected a DeepMimic clip") from None
+    content = parse_json(read_bytes(source, limit=MAX_BYTES), source, "DeepMimic's JSON")
     rows = content.get("Frames") if isinstance(content, dict) else None
     if not isinstance(rows, list) or not rows:
         raise InputError(f"{source}: no 'Frames' in it; expected a DeepMimic clip")
@@ -105,7 +94,12 @@ def _read_frames(source: Path) -> FloatArray:
         if not isinstance(row, list) or len(row) != _FRAME or not all(isinstance(value, int | float) for value in row):
             got = len(row) if isinstance(row, list) else "no list of"
             raise InputError(f"{source}: frame {number} has {got} numbers; expected {_FRAME} (humanoid3d)")
-    frames = np.asarray(rows, dtype=np.float64)
+    try:
+        frames = np.asarray(rows, dtype=np.float64)
+    except OverflowError:
+        raise InputError(f"{source}: a number has hundreds of digits; expected metres, seconds and quaternions") from None
+    if len(frames) * len(_HUMANOID3D) > MAX_JOINT_FRAMES:
+        raise InputError(f"{source}: {len(frames)} frames are more than are read ({MAX_JOINT_FRAMES // len(_HUMANOID3D)}); cut the clip")
     if not np.isfinite(frames).all() or np.abs(frames).max() > 1e4:
         raise InputError(f"{source}: frame {int(np.argmax(~(np.abs(frames) <= 1e4).all(1)))} holds NaN, infinite or absurd numbers")
     return frames
@@ -143,6 +137,8 @@ def _even(joints: FloatArray, durations: FloatArray, step: float) -> FloatArray:
     times = np.concatenate([[0.0], np.cumsum(durations[:-1])])
     if (np.diff(times) <= 0).any():
         return joints
+    if times[-1] / step * joints.shape[1] > MAX_JOINT_FRAMES:
+        raise InputError(f"the clip lasts {times[-1]:.0f} s, {step:g} s a frame, which is too long to be read; cut it")
     from scipy.interpolate import PchipInterpolator
 
     result: FloatArray = PchipInterpolator(times, joints, axis=0)(np.arange(0, times[-1] + 1e-9, step))

@@ -9,7 +9,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import forward_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
 from a2v.kinematics.orientations import rotvecs_of
-from a2v.types import FloatArray, Motion
+from a2v.types import MAX_JOINT_FRAMES, FloatArray, Motion
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:
@@ -41,6 +41,11 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     if fps == motion.fps:
         return motion
     frames = int(np.floor((motion.frames - 1) / motion.fps * fps + 1e-6)) + 1
+    if frames * len(motion.parents) > MAX_JOINT_FRAMES:
+        raise InputError(
+            f"{motion.frames} frames at {motion.fps:g} a second become {frames} at {fps:g}, with {len(motion.parents)} joints more than "
+            f"{MAX_JOINT_FRAMES:,} positions; cut the motion or ask for fewer frames per second"
+        )
     if motion.frames == 1:
         return dataclasses.replace(motion, fps=float(fps))
     at = np.minimum(np.arange(frames) * (motion.fps / fps), motion.frames - 1)

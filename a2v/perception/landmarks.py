@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import parse_json
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.types import FloatArray
 
@@ -71,10 +71,7 @@ def read_openpose(data: bytes | str, *, photo_size: tuple[int, int] | None = Non
     expected = "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points (x, y, confidence)"
     if len(data) > MAX_JSON_BYTES:
         raise InputError(f"{name} has {len(data) >> 20} MB; {expected}")
-    try:
-        document = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{name} is no JSON ({error}); {expected}") from None
+    document = parse_json(data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data, name, expected.removeprefix("expected "))
     people = document.get("people") if isinstance(document, dict) else None
     if not isinstance(people, list):
         raise InputError(f"{name} has no list 'people'; {expected}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import shorten
 from a2v.types import ByteArray, FloatArray
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ MAX_PIXELS = 60_000_000
 MAX_BYTES = 512 << 20
 """Largest encoded photo, bytes."""
 
-_FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "MPO", "JPEG2000", "AVIF")  # none of these starts another program
+_FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
+"""Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old Pillows have no AVIF."""
 
 
 def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
@@ -79,7 +81,8 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of sizes that are refused below anyway, and of odd metadata
         try:
-            image: PillowImage = Image.open(io.BytesIO(data), formats=_FORMATS)
+            Image.init()
+            image: PillowImage = Image.open(io.BytesIO(data), formats=[name for name in _FORMATS if name in Image.OPEN])
         except Image.DecompressionBombError:
             raise InputError(f"{name} is far too large; {too_large}") from None
         except Exception:  # Pillow's plug-ins raise many kinds for damaged headers
@@ -95,7 +98,7 @@ def _decode(data: bytes, name: str, minimum: int) -> ByteArray:
         except (MemoryError, KeyboardInterrupt):
             raise
         except Exception as error:
-            raise InputError(f"{name} is damaged or truncated ({error}); copy or export the photo again") from None
+            raise InputError(f"{name} is damaged or truncated ({shorten(error)}); copy or export the photo again") from None
 
 
 def _to_srgb(image: PillowImage) -> PillowImage:
@@ -118,6 +121,11 @@ def _to_srgb(image: PillowImage) -> PillowImage:
     return converted
 
 
+def _depth(highest: float) -> float:
+    """White of whole numbers whose largest is `highest`: that of 8, 16 or 32 bits, whichever holds it."""
+    return 255.0 if highest <= 255 else 65535.0 if highest <= 65535 else 2147483647.0
+
+
 def _to_bytes(image: PillowImage) -> ByteArray:
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         values = np.asarray(image, dtype=np.float32)
@@ -126,7 +134,7 @@ def _to_bytes(image: PillowImage) -> ByteArray:
         if image.mode == "F":
             top = 1.0 if values.max(initial=0) <= 1 else 255.0 if values.max() <= 255 else 65535.0
         else:
-            top = 255.0 if image.mode == "I" and values.max(initial=0) <= 255 else 65535.0
+            top = _depth(values.max(initial=0)) if image.mode == "I" else 65535.0
         grey = (np.clip(values / np.float32(top), 0, 1) * 255 + 0.5).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=2)
     alpha = image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import brief, read_bytes, reading, shorten
 from a2v.record import Record
 from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
@@ -150,32 +151,24 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
 
     import yaml
 
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(MAX_CAMERA_FILE + 1)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    if len(data) > MAX_CAMERA_FILE:
-        raise InputError(f"{path} is larger than {MAX_CAMERA_FILE >> 10} kB; expected a few cameras as YAML")
-    try:
-        content = yaml.safe_load(data.decode("utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is no YAML: {' '.join(str(error).split())}") from error
+    data = read_bytes(path, limit=MAX_CAMERA_FILE, empty=True)
+    with reading(path, "YAML", "a few cameras"):
+        content = yaml.safe_load(data.decode("utf-8-sig"))
     if not isinstance(content, dict) or not content:
         raise InputError(f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}")
     kinds = {field.name: field for field in dataclasses.fields(CameraPath) if field.name not in ("name", "provenance")}
     cameras = []
     for name, given in content.items():
         if not isinstance(name, str) or not isinstance(given, dict | None):
-            raise InputError(f"{path}: camera '{name}' is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}")
+            raise InputError(f"{path}: camera {brief(name)} is no mapping; expected fields such as {{azimuth: 30, elevation: 12}}")
         if name in VIEWS or name in (TURNTABLE.name, "video"):  # files are named so
             raise InputError(f"{path}: the name '{name}' is taken; choose another one")
         values: dict[str, Any] = {}
         for key, value in (given or {}).items():
             if key not in kinds:
-                near = difflib.get_close_matches(str(key), kinds, n=1)
+                near = difflib.get_close_matches(shorten(key, 60), kinds, n=1)
                 hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(kinds)}"
-                raise InputError(f"{path}: camera '{name}' has an unknown field '{key}'; {hint}")
+                raise InputError(f"{path}: camera '{name}' has an unknown field '{shorten(key, 60)}'; {hint}")
             values[key] = _field(value, f"{path}: {key} of camera '{name}'", key)
         try:
             cameras.append(CameraPath(name=name, **values))
@@ -187,16 +180,19 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
 def _field(value: Any, what: str, key: str) -> Any:
     def number(item: Any) -> float:
         if isinstance(item, bool) or not isinstance(item, int | float):
-            raise InputError(f"{what} is {item!r}; expected a number")
-        return float(item)
+            raise InputError(f"{what} is {brief(item)}; expected a number")
+        try:
+            return float(item)
+        except OverflowError:
+            raise InputError(f"{what} has hundreds of digits; expected a number") from None
 
     if key == "follow":
         if not isinstance(value, bool):
-            raise InputError(f"{what} is {value!r}; expected true or false")
+            raise InputError(f"{what} is {brief(value)}; expected true or false")
         return value
     if key in ("origin", "target"):
         if not isinstance(value, list) or len(value) != 3:
-            raise InputError(f"{what} is {value!r}; expected three numbers, [x, y, z] in metres")
+            raise InputError(f"{what} is {brief(value)}; expected three numbers, [x, y, z] in metres")
         return tuple(number(item) for item in value)
     return number(value)
 

@@ -17,6 +17,7 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.errors import InputError
 from a2v.formats.gltf import Gltf, read_glb
+from a2v.io import shorten
 from a2v.studio.avatars import Avatar, avatar_part
 from a2v.types import ByteArray
 
@@ -51,8 +52,8 @@ def load_avatar(path: str | os.PathLike[str]) -> Avatar:
     except InputError as error:
         message = str(error)
         raise error if str(gltf.path) in message else gltf.fail(message) from None
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise gltf.fail(f"is malformed ({type(error).__name__}: {error})") from error
+    except Exception as error:  # whatever a file that means something else leads to
+        raise gltf.fail(f"is malformed ({type(error).__name__}: {shorten(error)})") from error
 
 
 @dataclass

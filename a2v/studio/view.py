@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import parse_json, read_bytes
 from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
@@ -208,10 +208,7 @@ def read_index(folder: str | os.PathLike[str]) -> dict[str, object]:
         It is missing or broken.
     """
     path = Path(folder) / "index.json"
-    try:
-        content = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} is not readable ({error}); give the folder that a2v studio wrote") from error
+    content = parse_json(read_bytes(path, limit=1 << 24), path, "the index.json of a folder that a2v studio wrote")
     if not isinstance(content, dict):
         raise InputError(f"{path} holds no JSON object; give the folder that a2v studio wrote")
     return content

@@ -60,9 +60,17 @@ class Options:
     native: bool = flag(".npz of joints in the data set's own frame and unit, first root at the origin")
 
 
+MAX_FRAMES = 1_500_000
+"""Frames of all clips together: about a gigabyte."""
+
+
 def run(options: Options) -> int:
     """Generate; print the paths."""
     path = Path(options.out)
+    if options.count < 1 or options.count * max(options.frames, 1) > MAX_FRAMES:
+        raise InputError(
+            f"{options.count} clips of {options.frames} frames; expected at least 1 clip and at most {MAX_FRAMES:,} frames in all"
+        )
     writer_of(path, FORMATS)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")

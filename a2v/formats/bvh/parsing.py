@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import FloatArray
+from a2v.types import MAX_JOINT_FRAMES, FloatArray
 
 MAX_JOINTS = 1000
 MAX_NUMBERS = 60_000_000
@@ -93,7 +93,7 @@ def parse_bvh(text: str, source: str) -> BvhFile:
         raise fail(1, "the file is empty; expected a BVH file that starts with HIERARCHY")
     hierarchy = _Hierarchy(fail)
     row = hierarchy.read(lines)
-    frame_time, values = _parse_motion(lines, row, hierarchy.columns, fail)
+    frame_time, values = _parse_motion(lines, row, hierarchy.columns, len(hierarchy.nodes), fail)
     values, dropped = _without_rest_frame(values, hierarchy.nodes)
     return BvhFile(source, hierarchy.nodes, frame_time, values, dropped)
 
@@ -118,7 +118,7 @@ class _Hierarchy:
                 continue
             key = words[0].upper()
             if not begun:
-                if key.lstrip("\ufeffï»¿") != "HIERARCHY":
+                if key.lstrip("\ufeff") != "HIERARCHY":
                     raise self.fail(number, f"expected HIERARCHY, found '{raw.strip()[:40]}'; is this a BVH file?")
                 begun = True
             elif key == "MOTION":
@@ -188,7 +188,7 @@ class _Hierarchy:
         if not self._open:
             raise self.fail(number, "CHANNELS outside of any joint")
         names = [word[:1].upper() + word[1:].lower() for word in words[2:]]
-        if len(words) < 2 or not words[1].isdigit() or int(words[1]) != len(names):
+        if len(words) < 2 or not (words[1].isdecimal() and len(words[1]) < 5 and int(words[1]) == len(names)):
             raise self.fail(number, f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'} but lists {len(names)} channels")
         if unknown := [name for name in names if name not in ROTATION_AXES and name not in POSITION_AXES]:
             raise self.fail(number, f"unknown channel '{unknown[0]}'; expected Xposition ... Zrotation")
@@ -211,8 +211,8 @@ def _without_rest_frame(values: FloatArray, nodes: Sequence[Node]) -> tuple[Floa
     return values, False
 
 
-def _parse_motion(lines: list[str], row: int, count: int, fail: _Fail) -> tuple[float, FloatArray]:
-    """Seconds a frame and the table (T, count) that follow the line MOTION, which is line `row`."""
+def _parse_motion(lines: list[str], row: int, count: int, joints: int, fail: _Fail) -> tuple[float, FloatArray]:
+    """Seconds a frame and the table (T, count) for a number of `joints` that follow the line MOTION, which is line `row`."""
     head: dict[str, float] = {}
     while row < len(lines) and len(head) < 2:
         raw = lines[row].strip()
@@ -235,6 +235,8 @@ def _parse_motion(lines: list[str], row: int, count: int, fail: _Fail) -> tuple[
         raise fail(row, f"Frame Time is {frame_time:g} s; expected 0.0001 to 10")
     if frames * count > MAX_NUMBERS:
         raise fail(row, f"{frames:g} frames of {count} channels are more than {MAX_NUMBERS:,} numbers: cut or subsample the file")
+    if frames * joints > MAX_JOINT_FRAMES:
+        raise fail(row, f"{frames:g} frames of {joints} joints are more than {MAX_JOINT_FRAMES:,} positions: cut or subsample the file")
     numbers = [i for i in range(row, len(lines)) if lines[i].strip()]
     rows: list[FloatArray] = []
     for i in numbers:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.bvh.conventions import choose_scale, demand_limbs, demand_person, guess_up_axis, y_up_rotmat
 from a2v.formats.bvh.parsing import POSITION_AXES, ROTATION_AXES, BvhFile, parse_bvh
+from a2v.io import read_bytes, reading
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.orientations import rotmats_to_chain
@@ -67,7 +67,8 @@ def read_bvh(
         file and the line.
     """
     text, source = _read_text(path, name)
-    file = parse_bvh(text, source)
+    with reading(source, "BVH file that can be read"):
+        file = parse_bvh(text, source)
     local, world, rotmats = _transforms(file)
     tree = _merge(file, local)
     if person:
@@ -146,21 +147,18 @@ def _motion(
 
 def _read_text(path: str | os.PathLike[str] | bytes, name: str) -> tuple[str, str]:
     if isinstance(path, bytes):
-        return path.decode("latin-1"), name
+        return _decode(path), name
     if isinstance(path, str) and ("\n" in path or path.lstrip().startswith("HIERARCHY")):
         return path, name
-    source = Path(path)
+    return _decode(read_bytes(path, limit=MAX_BYTES, empty=True)), os.fspath(path)
+
+
+def _decode(data: bytes) -> str:
+    """The text of a file: UTF-8, with or without a byte-order mark, else Latin-1, which takes every byte."""
     try:
-        if source.is_dir():
-            raise InputError(f"{source} is a folder; expected a BVH file")
-        size = source.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError(f"{source} has {size >> 20} MiB; BVH files up to {MAX_BYTES >> 20} MiB are read: cut or subsample it")
-        return source.read_bytes().decode("latin-1"), str(source)
-    except FileNotFoundError:
-        raise InputError(f"{source} does not exist; give the path of a BVH file") from None
-    except OSError as error:
-        raise InputError(f"{source} cannot be read: {error.strerror}") from error
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def _transforms(file: BvhFile) -> tuple[FloatArray, FloatArray, FloatArray]:

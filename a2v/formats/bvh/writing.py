@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,7 +48,7 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
 
     def emit(index: int, depth: int) -> None:
         pad, joint = "\t" * depth, plan[index]
-        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {joint.name}")
+        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {_name(joint.name)}")
         header.append(pad + "{")
         header.append(f"{pad}\tOFFSET {_numbers(joint.offset * scale)}")
         order = "Zrotation Xrotation Yrotation"
@@ -66,7 +67,7 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
     emit(0, 0)
     rates = ["MOTION", f"Frames: {motion.frames}", f"Frame Time: {1.0 / motion.fps:.10f}"]
     table = np.concatenate(columns, axis=1)
-    with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as stream:
+    with atomic_path(path) as temporary, open(temporary, "w", encoding="utf-8", newline="\n") as stream:
         stream.write("\n".join([*header, *rates]) + "\n")
         np.savetxt(stream, table, fmt="%.6f")
 
@@ -170,6 +171,11 @@ def _euler_zxy(rotmats: FloatArray) -> FloatArray:
         angles[t] = near if np.abs(near - angles[t - 1]).sum() <= np.abs(other - angles[t - 1]).sum() else other
     degrees: FloatArray = np.rad2deg(angles)
     return degrees
+
+
+def _name(text: str) -> str:
+    """A joint's name as the format can hold it: one line, no braces, not empty."""
+    return " ".join(re.sub(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", "_", text).split()) or "joint"
 
 
 def _numbers(values: FloatArray) -> str:

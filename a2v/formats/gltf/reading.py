@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import read_bytes, shorten
 from a2v.types import ByteArray, FloatArray
 
 MAX_FILE_BYTES = 128 << 20
@@ -144,7 +145,7 @@ class Gltf:
 
     def _count(self, value: Any, name: str) -> int:
         if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-            raise self.fail(f"'{name}' is {value!r}")
+            raise self.fail(f"'{name}' is {shorten(value, 60)}")
         return value
 
 
@@ -157,13 +158,7 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
         The file is missing, too large, truncated or no binary glTF 2.0; the message names it.
     """
     source = Path(path)
-    try:
-        size = source.stat().st_size
-        if size > MAX_FILE_BYTES:
-            raise InputError(f"{source} has {size >> 20} MiB; at most {MAX_FILE_BYTES >> 20} MiB are read")
-        data = source.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {source}: {error.strerror}; give the path of a .glb file") from error
+    data = read_bytes(source, limit=MAX_FILE_BYTES)
     empty = Gltf(source, {}, b"")
     if len(data) < 20 or data[:4] != b"glTF" or struct.unpack_from("<I", data, 4)[0] != 2:
         raise empty.fail("is no binary glTF 2.0")
@@ -181,7 +176,7 @@ def read_glb(path: str | os.PathLike[str]) -> Gltf:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise empty.fail(f"has broken JSON ({error})") from error
+        raise empty.fail(f"has broken JSON ({shorten(error)})") from error
     if not isinstance(content, dict):
         raise empty.fail("has no JSON object")
     return Gltf(source, content, chunks.get(b"BIN\0", b""))

@@ -1,0 +1,96 @@
+"""Workers that are killed, schedulers that are not there or go away: one line that names cause and remedy."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from a2v.errors import A2VError, InputError
+from pipelines import executors
+from pipelines.executors import open_executor
+from pipelines.graph import Step
+from pipelines.memo import memo
+from pipelines.run import run
+from pipelines.store import Ref, Store, get
+from tests.support.numbers import GRAPH, Numbers, Scale
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@memo()
+def doomed(item: Ref[Numbers]) -> Ref[Numbers]:
+    """Dies as a process does that has no memory left."""
+    if get(item, Numbers).values[0] >= 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item
+
+
+@memo(remember=False)
+def slow(item: Ref[Numbers]) -> Ref[Numbers]:
+    """Long enough for a scheduler to die meanwhile."""
+    time.sleep(20)
+    return item
+
+
+def go(node, store: Store, executor):
+    graph = (*GRAPH[:2], Step(node, node.name, f"item[t] -> {node.name}[t]"))
+    return run(node.name, graph=graph, store=store, executor=executor, workers=1, length=2, scale=Scale())
+
+
+def test_a_worker_that_is_killed_every_time_is_explained(tmp_path):
+    with pytest.raises(A2VError, match=r"memory was used up.*fewer --workers") as caught:
+        go(doomed, Store(tmp_path), "local")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_worker_of_dask_that_is_killed_every_time_is_explained(tmp_path):
+    pytest.importorskip("distributed")
+    with pytest.raises(A2VError, match="memory was used up") as caught:
+        go(doomed, Store(tmp_path), "dask")
+    assert "\n" not in str(caught.value)
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://a b", "tcp://nowhere.invalid:80"])
+def test_an_address_where_no_scheduler_is_takes_one_line(tmp_path, monkeypatch, capfd, address):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(executors, "CONNECT_SECONDS", 2.0)
+    begun = time.monotonic()
+    with pytest.raises(InputError, match="no Dask scheduler answers") as caught, open_executor("dask", address=address.format(port=free_port())):
+        pass
+    assert "\n" not in str(caught.value)
+    assert time.monotonic() - begun < 15
+    assert capfd.readouterr().err == ""
+
+
+def test_a_scheduler_that_dies_is_explained(tmp_path):
+    pytest.importorskip("distributed")
+    address = f"tcp://127.0.0.1:{free_port()}"
+    code = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
+    begin = {"cwd": tmp_path, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": {**os.environ, "PYTHONPATH": str(ROOT)}}
+    scheduler = subprocess.Popen(
+        [sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"], **begin
+    )
+    worker = subprocess.Popen([sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin)
+    try:
+        threading.Timer(12.0, scheduler.kill).start()
+        with pytest.raises(A2VError, match=r"scheduler at .* stopped answering") as caught, open_executor("dask", address=address) as executor:
+            go(slow, Store(tmp_path / "store"), executor)
+        assert "\n" not in str(caught.value)
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()

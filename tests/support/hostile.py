@@ -1,0 +1,135 @@
+"""Hostile variants of good files, drawn by hypothesis, and what every reader owes for them: a value, or one sentence."""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from a2v.errors import A2VError
+
+SECONDS = 10.0
+
+NUMBERS = st.one_of(
+    st.sampled_from(
+        [0, -1, 2**31, 2**63, 2**64, 10**400, -(10**400), 1e-6, 1e-300, 1e308, float("nan"), float("inf"), -float("inf"), True]
+    ),
+    st.integers(-100, 100),
+    st.floats(-1e3, 1e3),
+)
+TEXTS = st.one_of(
+    st.sampled_from(["", "²", "\x1b[2J", "\ufeff", "a\nb", "a\0b", "ä", "\u202e", "{", "}", "[" * 50, "9" * 5000, "1e999"]),
+    st.text(max_size=8),
+)
+VALUES = st.recursive(
+    st.one_of(st.none(), NUMBERS, TEXTS),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.text(max_size=4), inner, max_size=3)),
+    max_leaves=6,
+)
+
+
+def owes_a_sentence(read: Callable[[], object]) -> None:
+    """Run a reader: it gives a value, or raises an error of a2v of one short line, and soon."""
+    begun, said = time.monotonic(), "a value"
+    try:
+        read()
+    except A2VError as error:
+        said = str(error)
+    assert said
+    assert "\n" not in said
+    assert len(said) < 1500
+    assert time.monotonic() - begun < SECONDS
+
+
+def _paths(tree: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    found = [at]
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            found += _paths(value, (*at, key))
+    elif isinstance(tree, list):
+        for index in range(min(len(tree), 6)):
+            found += _paths(tree[index], (*at, index))
+    return found
+
+
+@st.composite
+def trees(draw: st.DrawFn, tree: Any) -> Any:
+    """A JSON value like `tree` of which one to three parts were replaced or left out."""
+    made = copy.deepcopy(tree)
+    for _ in range(draw(st.integers(1, 3))):
+        path = draw(st.sampled_from(_paths(made)))
+        if not path:
+            if draw(st.integers(0, 5)) == 0:
+                return draw(VALUES)
+            continue
+        inside = made
+        for step in path[:-1]:
+            inside = inside[step]
+        if draw(st.booleans()):
+            inside[path[-1]] = draw(VALUES)
+        else:
+            del inside[path[-1]]
+    return made
+
+
+@st.composite
+def edited(draw: st.DrawFn, data: bytes) -> bytes:
+    """Bytes like `data`: a few places overwritten, cut out, doubled, or the end cut off."""
+    made = bytearray(data)
+    for _ in range(draw(st.integers(1, 5))):
+        start = draw(st.integers(0, max(len(made) - 1, 0)))
+        kind = draw(st.integers(0, 4))
+        if kind == 0:
+            made[start : start + 4] = draw(st.binary(min_size=1, max_size=8))
+        elif kind == 1:
+            del made[start : start + draw(st.integers(1, 40))]
+        elif kind == 2:
+            made[start:start] = made[start : start + draw(st.integers(1, 200))]
+        elif kind == 3:
+            del made[start:]
+        elif made:
+            made[start] ^= 1 << draw(st.integers(0, 7))
+    return bytes(made)
+
+
+@st.composite
+def retold(draw: st.DrawFn, text: str) -> str:
+    """Text like `text` of which a few words were replaced, lines doubled or taken away."""
+    lines = text.split("\n")
+    for _ in range(draw(st.integers(1, 4))):
+        index = draw(st.integers(0, len(lines) - 1))
+        kind = draw(st.integers(0, 3))
+        words = lines[index].split(" ")
+        if kind < 2:
+            words[draw(st.integers(0, len(words) - 1))] = draw(
+                st.one_of(TEXTS, NUMBERS.map(lambda n: str(n) if abs(n) != 10**400 else "1" + "0" * 400))
+            )
+            lines[index] = " ".join(words)
+        elif kind == 2:
+            lines.insert(index, lines[index])
+        elif len(lines) > 1:
+            del lines[index]
+    return "\n".join(lines)
+
+
+@st.composite
+def bundles(draw: st.DrawFn, good: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Named arrays like `good`, of which one to three have another type or shape, other text, or are missing."""
+    made = dict(good)
+    for _ in range(draw(st.integers(1, 3))):
+        name = draw(st.sampled_from(sorted(good)))
+        if draw(st.integers(0, 4)) == 0:
+            made.pop(name, None)
+            continue
+        if draw(st.integers(0, 2)) == 0:
+            made[name] = np.asarray(draw(st.one_of(TEXTS, VALUES.map(repr))).replace("\0", ""))
+            continue
+        dtype = draw(st.sampled_from(["f4", "f8", "i4", "i8", "u1", "u8", "?", "U4", "S3", "c8", "M8[s]", "f2"]))
+        shape = good[name].shape if draw(st.booleans()) else draw(arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4))
+        made[name] = draw(arrays.arrays(dtype, shape))
+    return made

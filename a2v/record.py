@@ -94,8 +94,20 @@ class Record:
             message = str(error)
             raise error if str(path) in message else InputError(f"{path}: {message}") from None
 
-    def _check(self, name: str, shape: tuple[int | str | None, ...], sizes: dict[str, int] | None = None, *, leading: bool = False) -> None:
-        """Check the shape of array field `name`; letters in `shape` must agree across calls through `sizes`."""
+    def _check(
+        self,
+        name: str,
+        shape: tuple[int | str | None, ...],
+        sizes: dict[str, int] | None = None,
+        *,
+        leading: bool = False,
+        below: str = "",
+        least: int = 0,
+    ) -> None:
+        """Check the shape of array field `name`; letters in `shape` must agree across calls through `sizes`.
+
+        Where `below` names one of the `sizes`, the numbers are indices: from `least` up to that size.
+        """
         value = np.asarray(getattr(self, name))
         sizes = {} if sizes is None else sizes
         dims = value.shape[value.ndim - len(shape) :] if leading else value.shape
@@ -110,14 +122,9 @@ class Record:
             raise InputError(f"{type(self).__name__}.{name} has shape {value.shape}; expected ({'..., ' if leading else ''}{expected})")
         if np.issubdtype(value.dtype, np.floating) and name not in self.may_hold_nan and not np.isfinite(value).all():
             raise InputError(f"{type(self).__name__}.{name} holds NaN or infinite numbers")
-
-    def _check_indices(self, name: str, count: int, *, least: int = 0) -> None:
-        """Check that the whole numbers of array field `name` lie in `least` to `count` - 1."""
-        values = getattr(self, name)
-        if values.size and (int(values.min()) < least or int(values.max()) >= count):
-            raise InputError(
-                f"{type(self).__name__}.{name} reaches from {int(values.min())} to {int(values.max())}; expected {least} to {count - 1}"
-            )
+        if below and value.size and (int(value.min()) < least or int(value.max()) >= sizes[below]):
+            found = f"{int(value.min())} to {int(value.max())}"
+            raise InputError(f"{type(self).__name__}.{name} names {found}; expected {least} to {sizes[below] - 1}")
 
 
 def _without_none(hint: Any) -> Any:
@@ -181,7 +188,7 @@ def _item_of(hint: Any) -> type | None:
 def _json(array: np.ndarray, kind: type, what: str, item: type | None) -> Any:
     value: Any = parse_json(str(_single(array, "US", what)).encode(), what, "JSON that a2v wrote")
     named = "a list" if kind is list else "an object"
-    if type(value) is not kind:
+    if not isinstance(value, dict | list) or type(value) is not kind:
         raise InputError(f"{what} is {shorten(value, 60)}; expected {named}")
     if item is not None and not all(isinstance(part, item if item is not float else int | float) for part in value):
         raise InputError(f"{what} is {shorten(value, 60)}; expected {named} of {item.__name__}")

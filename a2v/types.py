@@ -30,9 +30,6 @@ VIEWS: tuple[str, ...] = ("front", "back", "left", "right")
 NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
 """Regular expression of names that become names of files."""
 
-MAX_JOINT_FRAMES = 1_000_000
-"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700 bytes a joint and frame."""
-
 Progress = Callable[[int, int], None]
 """Called by long work as ``progress(done, total)``; the edge (command line, notebook) draws the bar."""
 
@@ -96,10 +93,8 @@ class Motion(Record):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
             raise InputError(f"Motion.given_frames is {self.given_frames}; expected 0 to {sizes['T']}, its frames")
-        if not sizes["J"]:
-            raise InputError("Motion has no joints")
         order = np.arange(sizes["J"])
-        if self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
+        if not len(order) or self.parents[0] != -1 or (self.parents[1:] < 0).any() or (self.parents[1:] >= order[1:]).any():
             raise InputError("Motion.parents must list parents before children, with -1 for joint 0 alone")
 
     @property
@@ -227,7 +222,7 @@ class Surface(Record):
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
         self._check("vertices", ("V", 3), sizes)
-        self._check("faces", ("F", 3), sizes)
+        self._check("faces", ("F", 3), sizes, below="V")
         self._check("colors", ("V", 3), sizes)
         if (self.uv is None) != (self.texture is None):
             raise InputError("Surface needs both uv and texture, or neither")
@@ -235,7 +230,6 @@ class Surface(Record):
             self._check("uv", ("F", 3, 2), sizes)
         if self.visible is not None:
             self._check("visible", ("V",), sizes)
-        self._check_indices("faces", sizes["V"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -309,15 +303,13 @@ class Body(Record):
     def __post_init__(self) -> None:
         sizes = {"B": len(self.bone_names)}
         self._check("vertices", ("V", 3), sizes)
-        self._check("faces", ("F", 3), sizes)
-        self._check("bone_parents", ("B",), sizes)
+        self._check("faces", ("F", 3), sizes, below="V")
+        self._check("bone_parents", ("B",), sizes, below="B", least=-1)
         self._check("bone_transforms", ("B", 4, 4), sizes)
         self._check("rest_transforms", ("B", 4, 4), sizes)
         self._check("bone_tails", ("B", 3), sizes)
         self._check("weights", ("V", "B"), sizes)
         self._check("parts", ("V",), sizes)
-        self._check_indices("faces", sizes["V"])
-        self._check_indices("bone_parents", sizes["B"], least=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -348,13 +340,11 @@ class Character(Record):
     parts: IntArray
 
     def __post_init__(self) -> None:
-        sizes = {"V": len(self.surface.vertices)}
+        sizes = {"V": len(self.surface.vertices), "bones": len(self.body.bone_names), "body": len(self.body.vertices)}
         self._check("weights", ("V", 4), sizes)
-        self._check("bones", ("V", 4), sizes)
-        self._check("anchors", ("V",), sizes)
+        self._check("bones", ("V", 4), sizes, below="bones")
+        self._check("anchors", ("V",), sizes, below="body")
         self._check("parts", ("V",), sizes)
-        self._check_indices("bones", len(self.body.bone_names))
-        self._check_indices("anchors", len(self.body.vertices))
 
 
 @dataclass(frozen=True, kw_only=True)

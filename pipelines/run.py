@@ -109,21 +109,27 @@ def run(
     with _event_folder(store) as events, peak_family_memory() as peak:
         monitor = Monitor(graph, events, progress)
         with watching(monitor):
-            for attempt in range(ATTEMPTS):
-                try:
-                    with open_executor(executor, workers=workers, address=address) as pool:
-                        values |= _map(steps, targets, inputs, pool, store, events, anew)
+            for last in (*[False] * (ATTEMPTS - 1), True):
+                with _again(last), open_executor(executor, workers=workers, address=address) as pool:
+                    values |= _map(steps, targets, inputs, pool, store, events, anew)
                     break
-                except BrokenProcessPool:
-                    if attempt == ATTEMPTS - 1:
-                        raise A2VError(
-                            f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because the memory was used up; what was "
-                            "finished is remembered: run again with fewer --workers or a smaller --size"
-                        ) from None
-                except LostObjectError:
-                    if attempt == ATTEMPTS - 1:
-                        raise
         return Outcome(values, monitor.stats, time.perf_counter() - clock, peak(), store)
+
+
+@contextlib.contextmanager
+def _again(last: bool) -> Iterator[None]:
+    """Pass over a worker that died and a value that was lost, unless it is the `last` attempt."""
+    try:
+        yield
+    except LostObjectError:
+        if last:
+            raise
+    except BrokenProcessPool:
+        if last:
+            raise A2VError(
+                f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because the memory was used up; what was "
+                "finished is remembered: run again with fewer --workers or a smaller --size"
+            ) from None
 
 
 def _map(

@@ -9,10 +9,11 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.io import parse_json, read_bytes
+from a2v.kinematics.resample import MAX_JOINT_FRAMES
 from a2v.kinematics.skeleton import skeleton_of
 from a2v.kinematics.so3 import quat_to_rotmat, rotvec_to_rotmat
 from a2v.kinematics.transforms import inverse_kinematics
-from a2v.types import MAX_JOINT_FRAMES, FloatArray, Motion
+from a2v.types import FloatArray, Motion
 
 # DeepMimic's humanoid3d: name, parent, offset in metres (x forward, y up, z right), degrees of freedom in a frame:
 # 4 a quaternion, 1 an angle about z, 0 fixed. Frames hold the duration, the root's position and then these, in order.

@@ -9,7 +9,10 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import forward_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
 from a2v.kinematics.orientations import rotvecs_of
-from a2v.types import MAX_JOINT_FRAMES, FloatArray, Motion
+from a2v.types import FloatArray, Motion
+
+MAX_JOINT_FRAMES = 1_000_000
+"""Joints times frames of the longest clip that is read or resampled; working on one takes some 700 bytes a joint and frame."""
 
 
 def resample_motion(motion: Motion, fps: float) -> Motion:

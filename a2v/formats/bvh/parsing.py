@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import MAX_JOINT_FRAMES, FloatArray
+from a2v.kinematics.resample import MAX_JOINT_FRAMES
+from a2v.types import FloatArray
 
 MAX_JOINTS = 1000
 MAX_NUMBERS = 60_000_000

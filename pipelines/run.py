@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import shutil
 import tempfile
 import time
@@ -143,7 +144,10 @@ def _map(
     for step in steps:
         if step.fans_out:
             executors[step.output] = pool
-    results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=1, show_progress=False, return_results=True)
+    said = io.StringIO()  # where rich is installed, pipefunc prints how to debug before it raises a node's error
+    with contextlib.redirect_stdout(said):
+        results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=1, show_progress=False, return_results=True)
+    print(said.getvalue(), end="")
     return {name: results[name].output for name in results if name not in inputs}
 
 

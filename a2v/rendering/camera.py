@@ -151,7 +151,10 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
 
     import yaml
 
-    data = read_bytes(path, limit=MAX_CAMERA_FILE, empty=True)
+    try:
+        data = read_bytes(path, limit=MAX_CAMERA_FILE, empty=True)
+    except InputError as error:
+        raise InputError(f"cannot read {path}: {str(error).removeprefix(f'cannot read {path}: ')}") from None
     with reading(path, "YAML", "a few cameras"):
         content = yaml.safe_load(data.decode("utf-8-sig"))
     if not isinstance(content, dict) or not content:

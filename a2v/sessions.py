@@ -24,14 +24,16 @@ def open_session(path: Path, threads: int = 1) -> Any:
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
 
 
-def run_rows(session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray]) -> list[np.ndarray]:
+def run_rows(
+    session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray], shared: Mapping[str, np.ndarray] | None = None
+) -> list[np.ndarray]:
     """Outputs `names` of a graph whose inputs and outputs all have a row an item.
 
     Many rows are run in parts: that takes less memory and is faster, since what a part makes stays in the caches.
     """
     rows = len(next(iter(feed.values())))
     parts = [
-        session.run(names, {name: array[start : start + ROWS_AT_ONCE] for name, array in feed.items()})
+        session.run(names, {name: array[start : start + ROWS_AT_ONCE] for name, array in feed.items()} | dict(shared or {}))
         for start in range(0, max(rows, 1), ROWS_AT_ONCE)
     ]
     return parts[0] if len(parts) == 1 else [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]

@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import onnx
 import torch
+from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
-from a2v.datasets import ActionDataset
+from a2v.datasets import ActionDataset, ClipSampler
 from a2v.kinematics import bones_to_rotvecs
+from a2v.kinematics.ground import face_forward, first_heading
 from a2v.motion.card import WINDOW_FORMAT
+from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.motion.flow import GUIDANCE, FlowModel
-from a2v.motion.windows import ROOT_WEIGHT, window_features
 from export.motion import demand_temperature, describe_data
 from export.storage import round_to_stored, save_model, shrink, to_onnx
 
@@ -59,7 +61,16 @@ class WindowGraph(nn.Module):
         self.register_buffer("path", torch.from_numpy(dataset.skeleton.path_matrix[:, 1:].astype(np.float32)))
 
     def forward(
-        self, noise: Tensor, actions: Tensor, active: Tensor, context: Tensor, has_context: Tensor, bone_lengths: Tensor
+        self,
+        noise: Tensor,
+        actions: Tensor,
+        active: Tensor,
+        context: Tensor,
+        has_context: Tensor,
+        bone_lengths: Tensor,
+        measure: Tensor | None = None,
+        gain: Tensor | None = None,
+        goal: Tensor | None = None,
     ) -> tuple[Tensor, Tensor]:
         """Joints (metres) and rotations (B, T, J, 3).
 
@@ -75,20 +86,32 @@ class WindowGraph(nn.Module):
             1 to continue `context`, 0 to start anew.
         bone_lengths : (B, J)
             Native units.
+        measure, gain : (K, D)
+            Wishes (`a2v.motion.steer`): what is measured of a code, and how a code moves for what is missed, as in a Kalman filter.
+        goal : (B, K) or (1, K)
+            What is to be measured. None: no wishes, for which the file has one wish of zeros.
         """
-        given = window_features((context - context[:, :1, :1]) / self.metres_per_unit, self.skeleton)
+        moved = (context - context[:, :1, :1]) / self.metres_per_unit
+        heading = self._heading(moved, has_context)
+        if heading is not None:
+            moved = face_forward(moved, heading)
+        given = window_features(moved, self.skeleton)
         code = (given.flatten(1) - self.context_mean) @ self.context_basis
         condition = self.network.condition(actions, active, code, has_context)
         nothing = torch.full_like(actions, self.network.n_actions)
         without = self.network.condition(nothing, active, code, has_context)
         window = self.network.integrate(
-            self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance, guided_until=self.guided_until
-        )
+            self.temperature * noise, condition, without, steps=self.steps, guidance=self.guidance, guided_until=self.guided_until,
+            steer=None if measure is None or gain is None or goal is None else lambda code: code + (goal - code @ measure.T) @ gain,
+        )  # fmt: skip
         features = (window @ self.basis + self.mean).reshape(noise.shape[0], self.frames, 3 * self.skeleton.n_joints)
         # the given frames exactly, then a fade of what the window missed at the last of them
         missed = given - features[:, : self.context_frames]
         held = torch.cat([missed, missed[:, -1:].expand(-1, self.frames - self.context_frames, -1)], 1)
         features = features + has_context[:, None, None] * self.fade * held
+        if heading is not None:
+            back = heading * heading.new_tensor([1.0, -1.0])
+            features = face_forward(features.reshape(*features.shape[:2], -1, 3), back).flatten(2)
         root = (features[..., :3] - features[:, :1, :3]) / ROOT_WEIGHT
         # from here on all frames of all clips come last: operations along rows of three cost onnxruntime several times as much
         n, size = self.skeleton.n_joints, (noise.shape[0], self.frames, self.skeleton.n_joints, 3)
@@ -100,6 +123,14 @@ class WindowGraph(nn.Module):
         rotvec = bones_to_rotvecs(torch.cat([torch.zeros_like(bones[:1]), bones]).reshape(n, 3, -1), self.skeleton)
         made = (array.reshape(3 * n, -1).T.reshape(size) for array in (joints * self.metres_per_unit, rotvec))
         return tuple(made)  # type: ignore[return-value]
+
+
+    def _heading(self, context: Tensor, has_context: Tensor) -> Tensor | None:
+        """Where windows head, (B, 2) of cosine and sine: as the context does, else ahead; None for flows that learned headings."""
+        if not self.network.settings.face_forward:
+            return None
+        known = has_context[:, None]
+        return known * first_heading(context, self.skeleton) + (1 - known) * context.new_tensor([1.0, 0.0])
 
 
 def export_flow(
@@ -142,7 +173,9 @@ def export_flow(
     graph = WindowGraph(model, dataset, steps=steps, guidance=guidance, temperature=temperature, guided_until=guided_until).cpu().eval()
     round_to_stored(graph)
     proto = _trace(graph, model)
+    _make_optional(proto, {"measure": (1, model.codec.window.basis.shape[0]), "gain": (1, model.codec.window.basis.shape[0]), "goal": (1, 1)})
     shrink(proto)
+    _show(proto, {"basis": model.codec.window.basis.shape, "mean": model.codec.window.mean.shape})
     integration = {"steps": steps, "guidance": guidance, "guided_until": guided_until, "temperature": temperature}
     save_model(proto, describe_data(dataset, licence=licence) | describe_windows(model, dataset) | integration | dict(extra or {}), path)
 
@@ -157,17 +190,49 @@ def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]
         "window_frames": model.codec.frames,
         "context_frames": model.codec.context_frames,
         # how much of a window moves before its clip ends: sorted, one entry a clip, by action
+        "steerable": True,
+        **_headings(model, dataset),
         "active": [np.sort(np.round(shares[dataset.labels == label], 4)).tolist() for label in range(len(dataset.actions))],
     }
 
 
+def _headings(model: FlowModel, dataset: ActionDataset, *, windows: int = 48) -> dict[str, Any]:
+    """Where the data's windows face at first, by action, for flows that learned windows that face +z."""
+    if not model.network.settings.face_forward:
+        return {}
+    sampler, generator = ClipSampler(dataset, dataset.length), np.random.default_rng(0)
+    found = []
+    for label in range(len(dataset.actions)):
+        clips = np.flatnonzero(dataset.labels == label)
+        ahead = first_heading(sampler.windows(generator.choice(clips, windows), generator), dataset.skeleton) if len(clips) else np.zeros((0, 2))
+        found.append(np.round(np.arctan2(ahead[:, 1], ahead[:, 0]).astype(float), 2).tolist())
+    return {"headings": found}
+
+
 def _trace(graph: WindowGraph, model: FlowModel) -> onnx.ModelProto:
     """The graph as ONNX, with a dynamic batch."""
-    joints, context = graph.skeleton.n_joints, model.codec.context_frames
+    joints, context, size = graph.skeleton.n_joints, model.codec.context_frames, model.network.settings.code_size
     arguments = (
-        torch.randn(2, model.network.settings.code_size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, context, joints, 3),
-        torch.rand(2), torch.rand(2, joints),
+        torch.randn(2, size), torch.zeros(2, dtype=torch.int64), torch.rand(2), torch.randn(2, context, joints, 3),
+        torch.rand(2), torch.rand(2, joints), torch.zeros(3, size), torch.zeros(3, size), torch.zeros(2, 3),
     )  # fmt: skip
-    names = ["noise", "actions", "active", "context", "has_context", "bone_lengths"]
-    batch = torch.export.Dim("batch", min=1)
-    return to_onnx(graph, arguments, names, ["joints", "rotations"], [{0: batch} for _ in names])
+    names = ["noise", "actions", "active", "context", "has_context", "bone_lengths", "measure", "gain", "goal"]
+    batch, wishes = torch.export.Dim("batch", min=1), torch.export.Dim("wishes", min=1)
+    free: dict[str, dict[int, Any]] = {"measure": {0: wishes}, "gain": {0: wishes}, "goal": {0: batch, 1: wishes}}
+    return to_onnx(graph, arguments, names, ["joints", "rotations"], [free.get(name, {0: batch}) for name in names])
+
+
+def _make_optional(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Give inputs zeros of `shapes` as what they are when they are not given; lengths of 1 stay free."""
+    for name, shape in shapes.items():
+        proto.graph.initializer.append(numpy_helper.from_array(np.zeros(shape, np.float32), name))
+        item = next(item for item in proto.graph.input if item.name == name)
+        for axis, length in enumerate(shape):
+            if length == 1:
+                item.type.tensor_type.shape.dim[axis].dim_param = f"{name}_{axis}"
+
+
+def _show(proto: onnx.ModelProto, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Make weights outputs as well: what steers codes from outside needs to know what a code means."""
+    for name, shape in shapes.items():
+        proto.graph.output.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))

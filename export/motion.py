@@ -275,6 +275,7 @@ def describe_data(dataset: ActionDataset, *, licence: str) -> dict[str, Any]:
         "metres_per_unit": dataset.frame.metres_per_unit,
         "native_signs": list(dataset.frame.signs),
         "licence": licence,
+        **{name: [list(texts) for texts in getattr(dataset, name)] for name in ("traits", "descriptions") if getattr(dataset, name)},
     }
 
 

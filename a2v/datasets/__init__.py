@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from a2v.datasets.base import ActionDataset, ClipSampler, NativeFrame
 from a2v.datasets.cmu import load_cmu
+from a2v.datasets.cmu_fine import load_cmu_fine
 from a2v.datasets.humanact12 import load_humanact12
 from a2v.errors import InputError
 from a2v.types import Progress
@@ -14,7 +15,7 @@ from a2v.types import Progress
 if TYPE_CHECKING:
     from a2v.datasets.bvh_folder import BVHFolderSettings
 
-DATASETS = ("humanact12", "humanact12-fine", "cmu", "ntu_vibe", "bvh")
+DATASETS = ("humanact12", "humanact12-fine", "cmu", "cmu-fine", "ntu_vibe", "bvh")
 
 
 def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None = None, progress: Progress | None = None) -> ActionDataset:
@@ -43,6 +44,8 @@ def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None =
         raise InputError(f"{name} has its own rate, length and units; they can be set for 'bvh' only")
     if name == "cmu":
         return load_cmu(path)
+    if name == "cmu-fine":
+        return load_cmu_fine(path)
     if name == "ntu_vibe":
         from a2v.datasets.ntu_vibe import load_ntu_vibe
 
@@ -52,4 +55,4 @@ def load_dataset(name: str, path: str | Path, *, bvh: BVHFolderSettings | None =
     raise InputError(f"unknown data set '{name}'; choose from {', '.join(DATASETS)}")
 
 
-__all__ = ["DATASETS", "ActionDataset", "ClipSampler", "NativeFrame", "load_cmu", "load_dataset", "load_humanact12"]
+__all__ = ["DATASETS", "ActionDataset", "ClipSampler", "NativeFrame", "load_cmu", "load_cmu_fine", "load_dataset", "load_humanact12"]

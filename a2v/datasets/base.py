@@ -94,6 +94,11 @@ class ActionDataset:
         Whether the roots travel; False where they are only known up to the person's own position (NTU-VIBE).
     notes : tuple of str
         What the loader wants people to know: files it passed over, units it guessed.
+    traits : tuple of tuples of str
+        What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can be learned from their like; empty
+        where nothing is known.
+    descriptions : tuple of tuples of str
+        What people said of each action's clips; empty where nothing is known.
     """
 
     name: str
@@ -108,6 +113,8 @@ class ActionDataset:
     frame: NativeFrame = NativeFrame()
     trajectory: bool = True
     notes: tuple[str, ...] = ()
+    traits: tuple[tuple[str, ...], ...] = ()
+    descriptions: tuple[tuple[str, ...], ...] = ()
 
     @classmethod
     def from_clips(cls, clips: Sequence[Clip], **facts: Any) -> ActionDataset:

@@ -62,6 +62,8 @@ class ModelCard:
         Sign of each native axis; see `a2v.datasets.NativeFrame`.
     latent_size : int
         Size Z of a noise vector.
+    traits, descriptions : tuple of tuples of str
+        By action: what it shares with others ("coarse:Walk"), and what people said of its clips; empty where nothing is known.
     """
 
     dataset: str
@@ -79,6 +81,8 @@ class ModelCard:
     metres_per_unit: float
     native_signs: tuple[float, float, float]
     latent_size: int
+    traits: tuple[tuple[str, ...], ...] = ()
+    descriptions: tuple[tuple[str, ...], ...] = ()
 
     @functools.cached_property
     def rests_as_named(self) -> bool:
@@ -110,11 +114,17 @@ class WindowCard(ModelCard):
     active : tuple of arrays (n,) float64
         By action: how much of a window each clip of the data moves before it ends, ascending, in [0, 1]; empty where the data
         has no clip.
+    headings : tuple of arrays (n,) float64
+        By action: where the data's windows face at first, radians about +y from +z. Not empty for models whose windows all face +z.
+    steerable : bool
+        Whether the graph takes wishes (`a2v.motion.steer`).
     """
 
     window_frames: int
     context_frames: int
     active: tuple[FloatArray, ...]
+    headings: tuple[FloatArray, ...] = ()
+    steerable: bool = False
 
 
 def read_card(path: Path) -> StepCard | WindowCard:
@@ -144,13 +154,32 @@ def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard
     by_action = entries.items("active", length=len(common["actions"]))
     active = tuple(by_action.numbers(name, low=0, high=1) for name in by_action.entries)
     return WindowCard(
-        **common, window_frames=window, context_frames=entries.integer("context_frames", high=max(window - 1, 1)), active=active
+        **common,
+        window_frames=window,
+        context_frames=entries.integer("context_frames", high=max(window - 1, 1)),
+        active=active,
+        headings=_headings(entries, len(common["actions"])),
+        steerable=entries.flag("steerable"),
     )
+
+
+def _headings(entries: _Entries, actions: int) -> tuple[FloatArray, ...]:
+    if "headings" not in entries.entries:
+        return ()
+    by_action = entries.items("headings", length=actions)
+    return tuple(by_action.numbers(name, low=-3.2, high=3.2) for name in by_action.entries)
+
+
+def _texts_by_action(entries: _Entries, name: str, actions: int) -> tuple[tuple[str, ...], ...]:
+    if not entries.entries.get(name):
+        return ()
+    by_action = entries.items(name, length=actions)
+    return tuple(by_action.texts(item, least=0) for item in by_action.entries)
 
 
 def _common(entries: _Entries) -> dict[str, Any]:
     """Fields of `ModelCard`."""
-    tree = entries.part("skeleton")
+    tree, actions = entries.part("skeleton"), entries.texts("actions")
     joints = tree.texts("joint_names")
     rest = tree.items("rest_directions", length=len(joints))
     parents = tree.indices("parents", length=len(joints))
@@ -164,7 +193,7 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "decoder": entries.text("decoder"),
         "licence": entries.text("licence"),
         "held_out": entries.texts("held_out", least=0) if "held_out" in entries.entries else (),
-        "actions": entries.texts("actions"),
+        "actions": actions,
         "fps": entries.number("fps", low=0.1, high=1000),
         "frames": entries.integer("frames"),
         "joint_names": joints,
@@ -174,6 +203,8 @@ def _common(entries: _Entries) -> dict[str, Any]:
         "metres_per_unit": entries.number("metres_per_unit", low=1e-6, high=1e6),
         "native_signs": entries.signs("native_signs"),
         "latent_size": entries.integer("latent_size", high=_LARGEST_SIZE),
+        "traits": _texts_by_action(entries, "traits", len(actions)),
+        "descriptions": _texts_by_action(entries, "descriptions", len(actions)),
     }
 
 
@@ -205,6 +236,10 @@ class _Entries:
         return int(
             self._checked(name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0)
         )
+
+    def flag(self, name: str) -> bool:
+        """Yes or no; no where it is missing."""
+        return name in self.entries and bool(self._checked(name, "true or false", lambda value: isinstance(value, bool)))
 
     def texts(self, name: str, *, least: int = 1) -> tuple[str, ...]:
         """A list of different texts, at least `least`."""

@@ -7,7 +7,7 @@ Without a step loop it does not drift inside a window, and following windows con
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -42,6 +42,11 @@ class FlowSettings(RunSettings):
     iterations, batch_size : int
     learning_rate, weight_decay : float
         AdamW, with a cosine decay to a fiftieth.
+    balance : float
+        Share of windows that are drawn with all actions alike; the others with all clips alike. For sets with rare actions.
+    face_forward : bool
+        Windows are turned so that their first frame faces +z: where somebody happened to walk in the laboratory is not learned, and
+        any heading can be continued.
     context_dropout, action_dropout : float
         Share of windows that are learned without context and without action; the latter serves guidance.
     emphasis : float
@@ -69,6 +74,8 @@ class FlowSettings(RunSettings):
     batch_size: int = 512
     learning_rate: float = 1e-3
     weight_decay: float = 1e-4
+    balance: float = 0.0
+    face_forward: bool = False
     context_dropout: float = 0.5
     action_dropout: float = 0.1
     emphasis: float = 0.5
@@ -122,11 +129,15 @@ class FlowNetwork(nn.Module):
     ----------
     n_actions : int
     settings : FlowSettings
+    traits : sequence of sequences of str
+        What each action shares with others: an action is known by itself and by these, so that one with three clips learns
+        from its like. Empty: by itself alone.
     """
 
     frequencies: Tensor
+    has_trait: Tensor
 
-    def __init__(self, n_actions: int, settings: FlowSettings) -> None:
+    def __init__(self, n_actions: int, settings: FlowSettings, traits: Sequence[Sequence[str]] = ()) -> None:
         super().__init__()
         width, shared = settings.width, settings.condition_size
         self.n_actions, self.settings = n_actions, settings
@@ -134,6 +145,12 @@ class FlowNetwork(nn.Module):
         self.entry = nn.Linear(settings.code_size, width)
         self.time = nn.Linear(64, shared)
         self.action = nn.Embedding(n_actions + 1, shared)  # the last: no action
+        names = sorted({trait for own in traits for trait in own})
+        has = torch.zeros(n_actions + 1, len(names))
+        for action, own in enumerate(traits):
+            has[action, [names.index(trait) for trait in own]] = 1
+        self.register_buffer("has_trait", has, persistent=False)
+        self.trait = nn.Parameter(torch.randn(len(names), shared)) if names else None
         self.active = nn.Linear(64, shared)
         self.context = nn.Linear(settings.context_size + 1, shared)
         self.mix = nn.Linear(shared, shared)
@@ -161,7 +178,10 @@ class FlowNetwork(nn.Module):
             1 where `context` counts, 0 where the window starts by itself.
         """
         known = torch.cat([context * has_context[:, None], has_context[:, None]], -1)
-        result: Tensor = self.action(actions) + self.active(self._waves(active)) + self.context(known)
+        action = self.action(actions)
+        if self.trait is not None:
+            action = action + self.has_trait[actions] @ self.trait
+        result: Tensor = action + self.active(self._waves(active)) + self.context(known)
         return result
 
     def modulations(self, time: Tensor, condition: Tensor) -> list[Modulation]:
@@ -184,7 +204,15 @@ class FlowNetwork(nn.Module):
         return self.velocity(point, self.modulations(time, condition))
 
     def integrate(
-        self, noise: Tensor, condition: Tensor, without: Tensor, *, steps: int, guidance: float = 1.0, guided_until: float = 1.0
+        self,
+        noise: Tensor,
+        condition: Tensor,
+        without: Tensor,
+        *,
+        steps: int,
+        guidance: float = 1.0,
+        guided_until: float = 1.0,
+        steer: Callable[[Tensor], Tensor] | None = None,
     ) -> Tensor:
         """Carry noise (B, D) at time 0 to codes at time 1.
 
@@ -205,6 +233,9 @@ class FlowNetwork(nn.Module):
         guided_until : float
             Steps that start at this time or later are not guided: the action is settled early, and pushing what
             follows only takes variety away (Kynkäänniemi et al. 2024).
+        steer : callable or None
+            Moves codes (B, D) to where they are wanted. It is applied to the code that the velocity heads for, at every evaluation, and
+            to the result: what the wish leaves open is settled by the flow, around it.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]
@@ -219,6 +250,13 @@ class FlowNetwork(nn.Module):
         ]  # fmt: skip
 
         def slope(evaluation: int, point: Tensor) -> Tensor:
+            velocity = unsteered(evaluation, point)
+            if steer is None:
+                return velocity
+            left = 1 - times[evaluation]
+            return (steer(point + left * velocity) - point) / left
+
+        def unsteered(evaluation: int, point: Tensor) -> Tensor:
             chosen = [Modulation(*(part[evaluation].flatten(0, 1) for part in block)) for block in blocks]
             if not guided[evaluation]:
                 return self.velocity(point, chosen)
@@ -230,7 +268,7 @@ class FlowNetwork(nn.Module):
         for evaluation in range(2, steps + 1):
             velocity = slope(evaluation, point)
             point, before = point + (1.5 * velocity - 0.5 * before) / steps, velocity
-        return point
+        return point if steer is None else steer(point)
 
 
 @dataclass

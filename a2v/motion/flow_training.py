@@ -15,8 +15,10 @@ from torch import Tensor
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
+from a2v.kinematics.ground import face_forward, first_heading
+from a2v.motion.features import window_features
 from a2v.motion.flow import FlowModel, FlowNetwork, FlowSettings
-from a2v.motion.windows import WindowCodec, window_features
+from a2v.motion.windows import WindowCodec
 from a2v.runs import RateSchedule, Run, Training, carry_on, identity, read_checkpoint
 
 FILE = "flow.pt"
@@ -34,15 +36,25 @@ class Windows(NamedTuple):
 class WindowPool:
     """Encoded random windows with what conditions them; drawn anew now and then."""
 
-    def __init__(self, dataset: ActionDataset, codec: WindowCodec) -> None:
-        self.dataset, self.codec = dataset, codec
+    def __init__(self, dataset: ActionDataset, codec: WindowCodec, *, balance: float = 0.0, forward: bool = False) -> None:
+        self.dataset, self.codec, self.balance, self.forward = dataset, codec, balance, forward
         self.sampler = ClipSampler(dataset, dataset.length)
         self.counts = np.array([len(joints) for joints in dataset.joints])
+        self._by_action = np.argsort(dataset.labels, kind="stable")
+        self._clips_of = np.bincount(dataset.labels, minlength=len(dataset.actions))
+        self._first = np.cumsum(self._clips_of) - self._clips_of
 
     def draw(self, size: int, generator: np.random.Generator) -> Windows:
         """`size` random windows."""
         clips = generator.integers(0, len(self.dataset), size)
-        features = window_features(self.sampler.windows(clips, generator), self.dataset.skeleton)
+        if self.balance:
+            actions = generator.choice(np.flatnonzero(self._clips_of), size)
+            alike = self._by_action[self._first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)]
+            clips = np.where(generator.random(size) < self.balance, alike, clips)
+        joints = self.sampler.windows(clips, generator)
+        if self.forward:
+            joints = face_forward(joints, first_heading(joints, self.dataset.skeleton))
+        features = window_features(joints, self.dataset.skeleton)
         code = self.codec.window.encode(features.reshape(size, -1))
         context = self.codec.context.encode(features[:, : self.codec.context_frames].reshape(size, -1))
         active = np.minimum(self.counts[clips] / self.dataset.length, 1).astype(np.float32)
@@ -88,7 +100,7 @@ class FlowTraining(Training):
         super().__init__()
         self.dataset, self.settings, self.device = dataset, settings, settings.claim()
         torch.manual_seed(settings.seed)
-        self.network, self.averaged = (FlowNetwork(len(dataset.actions), settings).to(self.device) for _ in range(2))
+        self.network, self.averaged = (FlowNetwork(len(dataset.actions), settings, dataset.traits).to(self.device) for _ in range(2))
         self.averaged.load_state_dict(self.network.state_dict())
         self.optimizer = torch.optim.AdamW(self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
         self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.02, warm_up=500)
@@ -100,7 +112,7 @@ class FlowTraining(Training):
         chosen = self.settings
         self.codec = WindowCodec.fit(
             self.dataset, size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
-            foot_place=chosen.foot_place, foot_step=chosen.foot_step, seed=chosen.seed,
+            foot_place=chosen.foot_place, foot_step=chosen.foot_step, seed=chosen.seed, forward=chosen.face_forward,
         )  # fmt: skip
         if chosen.initial:
             self.codec = _carry_over(chosen.initial, self.network, self.codec, self.features)
@@ -131,7 +143,7 @@ class FlowTraining(Training):
     @functools.cached_property
     def pool(self) -> WindowPool:
         """Where windows come from."""
-        return WindowPool(self.dataset, self.codec)
+        return WindowPool(self.dataset, self.codec, balance=self.settings.balance, forward=self.settings.face_forward)
 
     def step(self) -> dict[str, float]:
         """One iteration; its squared error as "loss"."""

@@ -10,7 +10,9 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.kinematics.ground import face_forward
 from a2v.motion.card import STATE_NAMES, StepCard, WindowCard
+from a2v.motion.steer import CodeReader, Steering
 from a2v.sessions import open_session, run_rows
 from a2v.types import FloatArray, IntArray
 
@@ -96,7 +98,14 @@ class WindowSampler:
         return float(shares[int(0.9 * (len(shares) - 1))])
 
     def run(
-        self, labels: IntArray, *, active: FloatArray, noise: FloatArray, lengths: FloatArray, context: FloatArray | None = None
+        self,
+        labels: IntArray,
+        *,
+        active: FloatArray,
+        noise: FloatArray,
+        lengths: FloatArray,
+        context: FloatArray | None = None,
+        steering: Steering | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """One window: joints (metres, first root at the origin) and rotations (N, W, J, 3) float32.
 
@@ -110,6 +119,8 @@ class WindowSampler:
             Native units.
         context : (N, P, J, 3) float or None
             Frames that the window repeats at its start and goes on from, metres.
+        steering : Steering or None
+            Wishes for all of the windows.
         """
         count = len(labels)
         given = np.zeros((count, self.card.context_frames, lengths.shape[1], 3), np.float32) if context is None else context
@@ -121,8 +132,32 @@ class WindowSampler:
             "has_context": np.full(count, context is not None, dtype=np.float32),
             "bone_lengths": np.asarray(lengths, dtype=np.float32),
         }
-        joints, rotations = run_rows(open_session(self.path), RESULTS, feed)
+        joints, rotations = run_rows(open_session(self.path), RESULTS, feed, None if steering is None else steering.feed())
         return joints, rotations
+
+    def reader(self, lengths: FloatArray) -> CodeReader:
+        """What the codes of this model say of the joints of a body with bones of `lengths` (J,), native units.
+
+        Raises
+        ------
+        InputError
+            The model takes no wishes.
+        """
+        card = self.card
+        if not card.steerable:
+            raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
+        shapes = {"context": (1, card.context_frames, len(lengths), 3), "noise": (1, card.latent_size), "bone_lengths": (1, len(lengths))}
+        feed: dict[str, np.ndarray] = {name: np.zeros(shape, np.float32) for name, shape in shapes.items()}
+        feed |= {"active": np.ones(1, np.float32), "has_context": np.zeros(1, np.float32), "actions": np.zeros(1, np.int64)}
+        basis, mean = open_session(self.path).run(["basis", "mean"], feed)
+        return CodeReader(
+            basis=basis.astype(np.float64),
+            mean=mean.astype(np.float64),
+            skeleton=card.skeleton,
+            lengths=np.asarray(lengths, np.float64) * card.metres_per_unit,
+            metres_per_unit=card.metres_per_unit,
+            frames=card.window_frames,
+        )
 
     def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each; a change of action starts a new one."""
@@ -162,7 +197,12 @@ class WindowSampler:
             raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {frames} were asked for")
         active = np.array([generator.choice(self.active_shares(int(label))) for label in labels])
         noise = normal_noise(generator)((len(labels), self.card.latent_size))
-        return self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
+        joints = self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
+        if not self.card.headings:
+            return joints
+        away = np.array([generator.choice(self.card.headings[int(label)]) for label in labels])
+        turned: FloatArray = face_forward(joints, np.stack([np.cos(away), -np.sin(away)], axis=-1)).astype(np.float32)
+        return turned
 
 
 def normal_noise(generator: np.random.Generator) -> Noise:

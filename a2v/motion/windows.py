@@ -15,28 +15,12 @@ from scipy.sparse.linalg import eigsh
 
 from a2v.datasets import ActionDataset, ClipSampler
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, bone_vectors
-from a2v.kinematics.so3 import Array, namespace
+from a2v.kinematics import Skeleton
+from a2v.kinematics.ground import face_forward, first_heading
+from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.types import FloatArray
 
 CODE_FIELDS = ("mean", "basis", "encoder", "scale")
-ROOT_WEIGHT = 3.0
-"""Weight of the root's path against the unit bone directions in the basis."""
-
-
-def window_features(joints: Array, skeleton: Skeleton) -> Array:
-    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the origin, for numpy and torch.
-
-    The first 3 are the weighted root, the others the unit directions of the bones, which leaves bone lengths out;
-    a bone of zero length has the direction zero.
-    """
-    xp = namespace(joints)
-    vectors = bone_vectors(joints, skeleton)[..., 1:, :]
-    length = xp.sqrt((vectors * vectors).sum(-1))[..., None]
-    directions = vectors / xp.where(length < 1e-8, xp.ones_like(length), length)
-    flat = directions.reshape(*directions.shape[:-2], -1)
-    features: Array = xp.concatenate([joints[..., 0, :] * ROOT_WEIGHT, flat], -1)
-    return features
 
 
 def foot_metric(skeleton: Skeleton, lengths: FloatArray, frames: int, *, place: float, step: float) -> FloatArray:
@@ -165,11 +149,17 @@ class WindowCodec:
         foot_step: float = 0.0,
         windows: int = 6000,
         seed: int = 0,
+        forward: bool = False,
     ) -> WindowCodec:
-        """Fit both codes on random windows of `dataset` (of its own length); `foot_place` and `foot_step` as in `foot_metric`."""
+        """Fit both codes on random windows of `dataset` (of its own length); `foot_place` and `foot_step` as in `foot_metric`.
+
+        `forward`: the windows are turned so that their first frames face +z.
+        """
         generator = np.random.default_rng(seed)
         sampler = ClipSampler(dataset, dataset.length)
         joints = sampler.windows(generator.integers(0, len(dataset), windows), generator)
+        if forward:
+            joints = face_forward(joints, first_heading(joints, dataset.skeleton))
         features = window_features(joints, dataset.skeleton)
         metric = None
         if foot_place or foot_step:

@@ -13,10 +13,13 @@ import torch
 from a2v.datasets import ClipSampler
 from a2v.errors import InputError
 from a2v.kinematics import CMU, bone_lengths
+from a2v.kinematics.ground import face_forward
 from a2v.motion import MotionModel
+from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, Modulation
 from a2v.motion.flow_training import WindowPool, train_flow
-from a2v.motion.windows import ROOT_WEIGHT, LinearCode, WindowCodec, foot_metric, window_features
+from a2v.motion.steer import Wish, steer
+from a2v.motion.windows import LinearCode, WindowCodec, foot_metric
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
 from export.storage import round_to_stored
@@ -261,6 +264,64 @@ def test_onnx_equals_pytorch(exported, data):
         assert np.abs(joints - expected[0].numpy()).max() < 1e-4
         assert np.abs(rotations - expected[1].numpy()).max() < 1e-3
         assert np.abs(bone_lengths(joints, data.skeleton)[..., 1:] - lengths[:, None, 1:]).max() < 1e-5
+
+
+def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
+    model, onnx_model = exported
+    graph = WindowGraph(model, data, steps=3, guidance=GUIDANCE).eval()
+    round_to_stored(graph)
+    rng = np.random.default_rng(3)
+    noise, lengths = rng.standard_normal((2, 12), dtype=np.float32), rng.uniform(0.1, 0.4, (2, 20)).astype(np.float32)
+    wrist = data.skeleton.joint_names.index("left_wrist")
+    rows, offset = onnx_model.sampler.reader(lengths[0]).joints(np.array([10, 19]), [wrist])
+    wanted = rows @ rng.standard_normal(12) + offset  # where some other window has it
+    steering = steer([Wish.of(rows, offset, wanted, 1e-4)])
+    labels, active = np.array([0, 1]), np.ones(2, np.float32)
+    joints, _ = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths, steering=steering)
+    with torch.no_grad():
+        arguments = (noise, labels, active, np.zeros((2, 4, 20, 3), np.float32), np.zeros(2, np.float32), lengths)
+        expected, _ = graph(*map(torch.from_numpy, (*arguments, steering.measure, steering.gain, steering.goal)))
+    assert np.abs(joints - expected.numpy()).max() < 1e-4
+    free, _ = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths)
+    missed, before = (
+        np.linalg.norm(made[0, [10, 19], wrist] - made[0, [10, 19], 0] - wanted[:, 0], axis=-1).max() for made in (joints, free)
+    )
+    assert missed < 0.3 * before
+
+
+def test_windows_that_face_forward_are_continued_in_any_heading(data, tmp_path):
+    settings = dataclasses.replace(SMALL, iterations=3, face_forward=True, balance=0.5)
+    model = train_flow(data, tmp_path, settings=settings)
+    export_flow(model, data, tmp_path / "f.onnx", licence="none")
+    sampler = MotionModel.load(tmp_path / "f.onnx").sampler
+    rng = np.random.default_rng(0)
+    noise, lengths = rng.standard_normal((1, 12), dtype=np.float32), data.clip_bone_lengths[:1]
+    context = data.joints[0][None, 10:14]
+    turn = np.array([[np.cos(1.1), -np.sin(1.1)]])
+    made = [
+        sampler.run(np.array([0]), active=np.ones(1), noise=noise, lengths=lengths, context=given)[0]
+        for given in (context, face_forward(context, turn))
+    ]
+    assert np.abs(face_forward(made[0].astype(np.float64), turn) - made[1]).max() < 1e-4
+    assert np.abs(made[0] - made[1]).max() > 0.01
+    free = sampler.run(np.array([0]), active=np.ones(1), noise=noise, lengths=lengths)[0]
+    assert len(sampler.card.headings) == len(data.actions)
+    assert np.isfinite(free).all()
+
+
+def test_traits_let_actions_share_what_they_learn(data):
+    torch.manual_seed(0)
+    network = FlowNetwork(2, SMALL, (("kind:a", "style:x"), ("kind:a",)))
+    alone = FlowNetwork(2, SMALL)
+    assert network.trait is not None
+    assert alone.trait is None
+    arguments = (torch.ones(3), torch.zeros(3, SMALL.context_size), torch.zeros(3))
+    before = network.condition(torch.tensor([0, 1, 2]), *arguments)
+    with torch.no_grad():
+        network.trait[0] += 1  # "kind:a"
+    moved = (network.condition(torch.tensor([0, 1, 2]), *arguments) - before).abs().amax(1)
+    assert (moved[:2] > 0.5).all()
+    assert moved[2] == 0
 
 
 def test_matrices_are_stored_as_bytes(data, codec, tmp_path):

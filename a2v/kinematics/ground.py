@@ -1,0 +1,117 @@
+"""Where a person is on the ground and which way they face, with and without the sway that belongs to a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics.names import canonical_joints
+from a2v.kinematics.skeleton import Skeleton
+from a2v.kinematics.so3 import Array, namespace
+from a2v.types import FloatArray, Motion
+
+#: Standard deviation, seconds, of what smooths sway out of the path over the ground: a step takes about half a second.
+SWAY_SECONDS = 0.35
+
+
+@dataclass(frozen=True)
+class GroundPath:
+    """Where a person is on the ground, frame by frame.
+
+    Attributes
+    ----------
+    position : (T, 2) float64
+        x and z, metres.
+    heading : (T,) float64
+        Angle about +y that turns +z to where the person faces, radians, without jumps of a full turn.
+    """
+
+    position: FloatArray
+    heading: FloatArray
+
+    def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundPath:
+        """The path without the sway of steps; its ends go on in their own direction."""
+        return GroundPath(_smooth(self.position, seconds * fps), _smooth(self.heading[:, None], seconds * fps)[:, 0])
+
+    def transforms(self) -> FloatArray:
+        """World from ground (T, 4, 4) float64: y up, +z ahead, at height 0."""
+        made = np.tile(np.eye(4), (len(self.heading), 1, 1))
+        made[:, :3, :3] = yaw_to_rotmat(self.heading)
+        made[:, [0, 2], 3] = self.position
+        return made
+
+
+def ground_path(motion: Motion) -> GroundPath:
+    """Path of the root over the ground, sway included, and heading by hips and shoulders.
+
+    Raises
+    ------
+    InputError
+        The motion is a batch, or its skeleton does not say which joints are hips and shoulders.
+    """
+    if motion.batch:
+        raise InputError("a path over the ground is of one clip; this Motion is a batch")
+    joints = motion.joints.astype(np.float64)
+    left = sum((joints[:, a] - joints[:, b] for a, b in _sides(motion)), np.zeros_like(joints[:, 0]))
+    return GroundPath(joints[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
+
+
+def first_heading(joints: Array, skeleton: Skeleton) -> Array:
+    """Cosine and sine (..., 2) of the angle about +y that turns +z to where the first frame of joints (..., T, J, 3) faces.
+
+    Raises
+    ------
+    InputError
+        The skeleton does not say which joints are hips and shoulders.
+    """
+    if skeleton.hips is None or skeleton.shoulders is None:
+        raise InputError(f"skeleton '{skeleton.name}' does not say which joints are hips and shoulders")
+    xp = namespace(joints)
+    (left_hip, right_hip), (left_shoulder, right_shoulder) = skeleton.hips, skeleton.shoulders
+    first = joints[..., 0, :, :]
+    left = first[..., left_hip, :] - first[..., right_hip, :] + first[..., left_shoulder, :] - first[..., right_shoulder, :]
+    flat = xp.stack([left[..., 0], -left[..., 2]], -1)
+    length = xp.sqrt((flat * flat).sum(-1))[..., None]
+    direction: Array = flat / xp.where(length < 1e-8, xp.ones_like(length), length)
+    return direction
+
+
+def face_forward(joints: Array, heading: Array) -> Array:
+    """Joints (..., T, J, 3) of a `heading` (..., 2) about +y, so that they face +z; a heading of (cos, -sin) does the inverse."""
+    xp = namespace(joints)
+    cos, sin = heading[..., 0][..., None, None], heading[..., 1][..., None, None]
+    x, z = joints[..., 0], joints[..., 2]
+    turned: Array = xp.stack([cos * x - sin * z, joints[..., 1], cos * z + sin * x], -1)
+    return turned
+
+
+def yaw_to_rotmat(yaw: FloatArray) -> FloatArray:
+    """Rotations (..., 3, 3) about +y by angles (...), radians: +z goes to (sin, 0, cos)."""
+    made = np.zeros((*np.shape(yaw), 3, 3))
+    made[..., 0, 0], made[..., 0, 2] = np.cos(yaw), np.sin(yaw)
+    made[..., 1, 1] = 1
+    made[..., 2, 0], made[..., 2, 2] = -np.sin(yaw), np.cos(yaw)
+    return made
+
+
+def _smooth(values: FloatArray, sigma: float) -> FloatArray:
+    """Gaussian over time; ends are continued by point reflection, so that a straight path stays what it is."""
+    if len(values) < 3:
+        return values
+    pad = min(len(values) - 1, int(4 * sigma) + 1)
+    first, last = 2 * values[:1] - values[pad:0:-1], 2 * values[-1:] - values[-2 : -pad - 2 : -1]
+    from scipy.ndimage import gaussian_filter1d
+
+    smooth: FloatArray = gaussian_filter1d(np.concatenate([first, values, last]), sigma, axis=0)[pad : pad + len(values)]
+    return smooth
+
+
+def _sides(motion: Motion) -> list[tuple[int, int]]:
+    """(left, right) joints of hips and shoulders."""
+    found = canonical_joints(motion.joint_names, motion.parents.tolist())
+    pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
+    if missing := [name for pair in pairs for name in pair if name not in found]:
+        raise InputError(f"the skeleton '{motion.skeleton}' has no {missing[0].replace('_', ' ')}; it says not which way the person faces")
+    return [(found[left], found[right]) for left, right in pairs]

@@ -1,0 +1,196 @@
+"""What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a root that carries the travel.
+
+All work on the path over the ground (`ground_path`): where the root is and which way the person faces, with and without the sway that
+belongs to a step.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from a2v.errors import InputError
+from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
+from a2v.kinematics.ground import SWAY_SECONDS, GroundPath, ground_path
+from a2v.kinematics.names import canonical_joints
+from a2v.kinematics.resample import resample_motion
+from a2v.kinematics.transforms import bone_lengths, forward_kinematics
+from a2v.types import FloatArray, IntArray, Motion
+
+#: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
+LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
+#: How velocities count beside positions where a cycle is closed, seconds.
+VELOCITY_SECONDS = 0.15
+
+
+def put_in_place(motion: Motion) -> Motion:
+    """The clip without its travel and its turning; the sway of hips and shoulders stays.
+
+    Raises
+    ------
+    InputError
+        See `ground_path`.
+    """
+    path = ground_path(motion).smooth(motion.fps)
+    return _moved(motion, np.linalg.inv(path.transforms()))
+
+
+def mirror_motion(motion: Motion) -> Motion:
+    """Left and right exchanged: the clip (or batch) as a mirror across x = 0 shows it.
+
+    Raises
+    ------
+    InputError
+        A joint of one side has no twin.
+    """
+    twin = _twins(motion)
+    joints = motion.joints[..., twin, :].astype(np.float64) * (-1, 1, 1)
+    return _from_joints(motion, joints)
+
+
+def change_speed(motion: Motion, speed: float) -> Motion:
+    """The clip `speed` times as fast, at its own frame rate.
+
+    Raises
+    ------
+    InputError
+        `speed` is not from .1 to 10.
+    """
+    if not 0.1 <= speed <= 10:
+        raise InputError(f"speed is {speed:g}; expected .1 to 10 times the recorded one")
+    if speed == 1:
+        return motion
+    return dataclasses.replace(resample_motion(dataclasses.replace(motion, fps=motion.fps * speed), motion.fps), fps=motion.fps)
+
+
+def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS) -> Motion:
+    """A seamless cycle out of the clip: its frames follow one another, and the first follows the last.
+
+    The two moments are sought that are most alike in pose and velocity, wherever on the ground they are; towards the second, the
+    clip fades into what led to the first. A cycle that travels goes on from where it ends, in the direction that it ends in.
+
+    Parameters
+    ----------
+    motion : Motion
+        One clip, longer than `least_seconds` and the fade.
+    in_place : bool
+        Without travel and turning: the cycle closes at its own start, exactly.
+    least_seconds : float
+        Shortest cycle.
+
+    Raises
+    ------
+    InputError
+        The clip is too short, or its skeleton does not say where its hips and shoulders are.
+    """
+    fade, least = max(2, round(FADE_SECONDS * motion.fps)), max(4, round(least_seconds * motion.fps))
+    if motion.frames < fade + least + 2:
+        raise InputError(
+            f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes {fade + least + 2} or more (ask for --seconds 5)"
+        )
+    skeleton = _skeleton(motion)
+    path = ground_path(motion)
+    local = _transformed(np.linalg.inv(path.transforms()), motion.joints.astype(np.float64))
+    start, end = _closest_moments(local, _steps(path), motion.fps, fade, least)
+    weight = _smoothstep(np.arange(1, fade + 1) / (fade + 1))
+    inner, before = np.arange(start, end), np.arange(start - fade, start)
+    quats = rotvec_to_quat(inverse_kinematics(local, skeleton))
+    turned = quats[inner].copy()
+    turned[-fade:] = _blend(quats[end - fade : end], quats[before], weight[:, None, None])
+    height = local[inner, 0, 1]
+    height[-fade:] += weight * (local[before, 0, 1] - height[-fade:])
+    steps = _steps(path)[inner]
+    steps[-fade:] += weight[:, None] * (_steps(path)[before] - steps[-fade:])
+    if in_place:
+        steps -= _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)
+    walked = _walk(steps)
+    lengths = np.median(bone_lengths(local, skeleton), axis=0)
+    root = np.stack([np.zeros(len(inner)), height, np.zeros(len(inner))], axis=-1)
+    joints = forward_kinematics(quat_to_rotvec(turned), root, np.tile(lengths, (len(inner), 1)), skeleton)
+    return _from_joints(motion, _transformed(walked.transforms(), joints))
+
+
+def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int) -> tuple[int, int]:
+    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity and travel."""
+    pose = local.reshape(len(local), -1)
+    velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)
+    travel = np.gradient(np.cumsum(steps, axis=0), axis=0) * (fps * VELOCITY_SECONDS) * np.sqrt(local.shape[1])
+    features = np.concatenate([pose, velocity, travel], axis=1)
+    squares = (features**2).sum(1)
+    cost = squares[:, None] + squares[None] - 2 * features @ features.T
+    frames = np.arange(len(local))
+    far = frames[None] - frames[:, None] >= least
+    cost = np.where(far & (frames[:, None] >= fade), cost, np.inf)
+    start, end = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    return int(start), int(end)
+
+
+def _steps(path: GroundPath) -> FloatArray:
+    """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (metres) and turn (radians)."""
+    moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
+    turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])
+    cos, sin = np.cos(path.heading), np.sin(path.heading)
+    return np.stack([cos * moved[:, 0] - sin * moved[:, 1], sin * moved[:, 0] + cos * moved[:, 1], turned], axis=-1)
+
+
+def _walk(steps: FloatArray) -> GroundPath:
+    """The path that starts at the origin, ahead along +z, and takes `steps` (T, 3); the inverse of `_steps`."""
+    heading = np.concatenate([[0.0], np.cumsum(steps[:-1, 2])])
+    cos, sin = np.cos(heading), np.sin(heading)
+    moved = np.stack([cos * steps[:, 0] + sin * steps[:, 1], -sin * steps[:, 0] + cos * steps[:, 1]], axis=-1)
+    return GroundPath(np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading)
+
+
+def _smooth_cyclic(values: FloatArray, sigma: float) -> FloatArray:
+    smooth: FloatArray = gaussian_filter1d(values, sigma, axis=0, mode="wrap")
+    return smooth
+
+
+def _smoothstep(x: FloatArray) -> FloatArray:
+    return x * x * x * (x * (6 * x - 15) + 10)
+
+
+def _blend(one: FloatArray, other: FloatArray, weight: FloatArray) -> FloatArray:
+    """Unit quaternions between `one` and `other` (..., 4), the short way."""
+    other = np.where((one * other).sum(-1, keepdims=True) < 0, -other, other)
+    mixed = (1 - weight) * one + weight * other
+    return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+
+
+def _transformed(transforms: FloatArray, points: FloatArray) -> FloatArray:
+    """Points (T, J, 3) under one transform (T, 4, 4) a frame."""
+    return points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
+
+
+def _moved(motion: Motion, transforms: FloatArray) -> Motion:
+    return _from_joints(motion, _transformed(transforms, motion.joints.astype(np.float64)))
+
+
+def _from_joints(motion: Motion, joints: FloatArray) -> Motion:
+    """`motion` with other joints (..., T, J, 3)."""
+    rotations = inverse_kinematics(joints, _skeleton(motion))
+    return dataclasses.replace(
+        motion, joints=joints.astype(np.float32), rotations=rotations.astype(np.float32), root=joints[..., 0, :].astype(np.float32)
+    )
+
+
+def _skeleton(motion: Motion) -> Skeleton:
+    return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
+
+
+def _twins(motion: Motion) -> IntArray:
+    """Index of each joint's twin on the other side; its own on the axis."""
+    found = canonical_joints(motion.joint_names, motion.parents.tolist())
+    twin = np.arange(len(motion.joint_names))
+    named = {index: name for name, index in found.items()}
+    for index, joint in enumerate(motion.joint_names):
+        name = named.get(index, joint.lower())
+        if name.startswith(("left", "right")):
+            other = name.replace("left", "right", 1) if name.startswith("left") else name.replace("right", "left", 1)
+            match = found.get(other, next((at for at, own in enumerate(motion.joint_names) if own.lower() == other), None))
+            if match is None:
+                raise InputError(f"joint '{joint}' has no twin on the other side; the clip cannot be mirrored")
+            twin[index] = match
+    return twin

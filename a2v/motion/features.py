@@ -1,0 +1,24 @@
+"""What a window model says of a window: the root's path, and the directions of the bones."""
+
+from __future__ import annotations
+
+from a2v.kinematics import Skeleton, bone_vectors
+from a2v.kinematics.so3 import Array, namespace
+
+ROOT_WEIGHT = 3.0
+"""Weight of the root's path against the unit bone directions in the basis."""
+
+
+def window_features(joints: Array, skeleton: Skeleton) -> Array:
+    """Features (..., T, 3 J) of native joints (..., T, J, 3) float32 whose first root is the origin, for numpy and torch.
+
+    The first 3 are the weighted root, the others the unit directions of the bones, which leaves bone lengths out;
+    a bone of zero length has the direction zero.
+    """
+    xp = namespace(joints)
+    vectors = bone_vectors(joints, skeleton)[..., 1:, :]
+    length = xp.sqrt((vectors * vectors).sum(-1))[..., None]
+    directions = vectors / xp.where(length < 1e-8, xp.ones_like(length), length)
+    flat = directions.reshape(*directions.shape[:-2], -1)
+    features: Array = xp.concatenate([joints[..., 0, :] * ROOT_WEIGHT, flat], -1)
+    return features

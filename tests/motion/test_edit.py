@@ -1,0 +1,83 @@
+"""In place, loops, mirror, speed: on clips of the shipped model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.kinematics.ground import ground_path
+from a2v.kinematics.resample import resample_motion
+from a2v.motion import MotionModel
+from a2v.motion.edit import change_speed, make_loop, mirror_motion, put_in_place
+from a2v.types import Motion
+
+
+def sampled(action: str, seed: int = 0, fps: float = 30.0) -> Motion:
+    made = MotionModel.load("cmu").sample([action], frames=60, seed=seed)
+    return resample_motion(made[0] if made.batch else made, fps)
+
+
+def acceleration(joints: np.ndarray, fps: float) -> np.ndarray:
+    return np.linalg.norm(np.diff(joints.astype(np.float64), n=2, axis=0), axis=-1) * fps**2
+
+
+@pytest.mark.parametrize("action", ["Walk", "Run", "Jump", "Animal Behavior"])
+def test_a_loop_closes(action: str) -> None:
+    clip = sampled(action)
+    loop = make_loop(clip, in_place=True)
+    rounds = np.concatenate([loop.joints] * 20)
+    seam = acceleration(rounds, loop.fps)[loop.frames - 2 : loop.frames]
+    assert np.percentile(seam, 95) <= 1.2 * np.percentile(acceleration(clip.joints, clip.fps), 95)
+    step = np.linalg.norm(np.diff(rounds[:, 0, [0, 2]], axis=0), axis=-1)
+    assert step[loop.frames - 1] <= 1.5 * step[: loop.frames - 1].max() + 1e-3
+    assert np.abs(rounds[-loop.frames, 0] - rounds[0, 0]).max() < 0.01  # no drift after nineteen rounds
+    lengths = np.linalg.norm(loop.joints - loop.joints[:, np.maximum(loop.parents, 0)], axis=-1)
+    assert np.ptp(lengths, axis=0).max() < 1e-4
+
+
+def test_a_loop_that_travels_goes_on() -> None:
+    loop = make_loop(sampled("Walk"))
+    path = ground_path(loop)
+    assert np.linalg.norm(path.position[-1] - path.position[0]) > 0.3
+
+
+def test_a_clip_that_is_too_short_is_refused() -> None:
+    with pytest.raises(InputError, match="too few for a loop"):
+        make_loop(sampled("Walk").first(20))
+
+
+def test_in_place_keeps_the_sway_and_takes_the_travel() -> None:
+    clip = sampled("Walk")
+    still = put_in_place(clip)
+    travelled = np.linalg.norm(clip.root[-1, [0, 2]] - clip.root[0, [0, 2]])
+    assert travelled > 1
+    assert np.abs(still.root[:, [0, 2]]).max() < 0.15
+    assert np.ptp(still.root[:, 0]) > 0.005
+    np.testing.assert_allclose(still.root[:, 1], clip.root[:, 1], atol=1e-5)
+    heading = ground_path(still).heading
+    assert np.abs(heading - heading.mean()).max() < np.radians(30)
+
+
+def test_mirroring_twice_changes_nothing_and_once_changes_sides() -> None:
+    clip = sampled("Walk")
+    once = mirror_motion(clip)
+    np.testing.assert_array_equal(mirror_motion(once).joints, clip.joints)
+    left, right = (clip.joint_names.index(name) for name in ("left_knee", "right_knee"))
+    np.testing.assert_allclose(once.joints[:, left], clip.joints[:, right] * (-1, 1, 1), atol=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+def test_speed_changes_time_alone(speed: float) -> None:
+    clip = sampled("Walk")
+    other = change_speed(clip, speed)
+    assert other.fps == clip.fps
+    assert abs(other.frames - clip.frames / speed) <= 2
+    np.testing.assert_allclose(other.joints[-1], clip.joints[-1], atol=0.05)
+
+
+def test_a_path_stays_what_it_is_where_it_is_straight() -> None:
+    clip = sampled("Walk")
+    path = ground_path(clip)
+    straight = type(path)(np.stack([np.arange(60) * 0.1, np.zeros(60)], axis=-1), np.zeros(60))
+    np.testing.assert_allclose(straight.smooth(30).position, straight.position, atol=1e-9)

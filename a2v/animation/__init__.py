@@ -2,21 +2,29 @@
 
 from a2v.animation.arap import ArapDeformer, ArapResult, DeformSettings
 from a2v.animation.bind import BindSettings, bind
+from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
+from a2v.animation.rig_spec import RIGS, load_rig
+from a2v.animation.root_motion import prepare_rig
 
 __all__ = [
+    "RIGS",
     "ArapDeformer",
     "ArapResult",
     "BindSettings",
     "ContactSettings",
     "DeformSettings",
     "RetargetSettings",
+    "RigChange",
     "bind",
+    "change_rig",
     "control_points",
     "deform",
+    "load_rig",
+    "prepare_rig",
     "retarget",
     "rig_motion",
 ]

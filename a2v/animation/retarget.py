@@ -11,9 +11,10 @@ from a2v.animation.grounding import clean_contacts
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
-from a2v.animation.source import aligned, middle, smoothed, source_joints, source_leg_length, upright_rotmat
+from a2v.animation.source import aligned, middle, source_joints, source_leg_length, upright_rotmat
 from a2v.animation.task import Task
 from a2v.errors import InputError
+from a2v.kinematics.ground import smoothed
 from a2v.types import Body, FloatArray, Motion
 
 

@@ -97,17 +97,3 @@ def aligned(source: dict[str, FloatArray]) -> dict[str, FloatArray]:
 def middle(source: dict[str, FloatArray], joint: str) -> FloatArray:
     """Point (T, 3) half-way between the left and the right `joint`, such as "hip"."""
     return 0.5 * (source[f"left_{joint}"] + source[f"right_{joint}"])
-
-
-def smoothed(points: FloatArray, sigma: float) -> FloatArray:
-    """A path (T, 3) through a Gaussian of standard deviation `sigma` frames, without lag."""
-    from scipy.ndimage import gaussian_filter1d
-
-    if sigma < 0.15 or len(points) < 3:
-        return points
-    # linear extension beyond the ends, so that neither end is pulled inwards
-    pad = min(len(points) - 1, int(4 * sigma) + 1)
-    before = 2 * points[0] - points[pad:0:-1]
-    after = 2 * points[-1] - points[-2 : -pad - 2 : -1]
-    smooth: FloatArray = gaussian_filter1d(np.concatenate([before, points, after]), sigma, axis=0)[pad : pad + len(points)]
-    return smooth

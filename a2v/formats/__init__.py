@@ -1,6 +1,6 @@
 """Files of other programs: motions (BVH, DeepMimic, our ``.npz``) and characters (glTF, OBJ, PLY, USD); `registry` finds them by suffix."""
 
-from a2v.formats.bvh import read_bvh, write_bvh
+from a2v.formats.bvh import read_bvh, write_bvh, write_rig_bvh
 from a2v.formats.characters import Clips
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.formats.gltf import write_glb, write_morph_glb
@@ -20,5 +20,6 @@ __all__ = [
     "write_motion",
     "write_obj",
     "write_ply",
+    "write_rig_bvh",
     "write_usd",
 ]

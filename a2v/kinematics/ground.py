@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,7 @@ class GroundPath:
 
     def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundPath:
         """The path without the sway of steps; its ends go on in their own direction."""
-        return GroundPath(_smooth(self.position, seconds * fps), _smooth(self.heading[:, None], seconds * fps)[:, 0])
+        return GroundPath(smoothed(self.position, seconds * fps), smoothed(self.heading[:, None], seconds * fps)[:, 0])
 
     def transforms(self) -> FloatArray:
         """World from ground (T, 4, 4) float64: y up, +z ahead, at height 0."""
@@ -53,9 +54,24 @@ def ground_path(motion: Motion) -> GroundPath:
     """
     if motion.batch:
         raise InputError("a path over the ground is of one clip; this Motion is a batch")
-    joints = motion.joints.astype(np.float64)
-    left = sum((joints[:, a] - joints[:, b] for a, b in _sides(motion)), np.zeros_like(joints[:, 0]))
-    return GroundPath(joints[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
+    return path_of(motion.joints, motion.joint_names, motion.parents.tolist(), whose=f"skeleton '{motion.skeleton}'")
+
+
+def path_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str) -> GroundPath:
+    """`ground_path` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones; `whose` is what an error sentence names.
+
+    Raises
+    ------
+    InputError
+        The names do not say which joints are hips and shoulders.
+    """
+    found = canonical_joints(names, parents)
+    pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
+    if missing := [name for pair in pairs for name in pair if name not in found]:
+        raise InputError(f"the {whose} has no {missing[0].replace('_', ' ')}; it says not which way the person faces")
+    places = joints.astype(np.float64)
+    left = sum((places[:, found[a]] - places[:, found[b]] for a, b in pairs), np.zeros_like(places[:, 0]))
+    return GroundPath(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
 
 
 def first_heading(joints: Array, skeleton: Skeleton) -> Array:
@@ -96,22 +112,15 @@ def yaw_to_rotmat(yaw: FloatArray) -> FloatArray:
     return made
 
 
-def _smooth(values: FloatArray, sigma: float) -> FloatArray:
-    """Gaussian over time; ends are continued by point reflection, so that a straight path stays what it is."""
-    if len(values) < 3:
-        return values
-    pad = min(len(values) - 1, int(4 * sigma) + 1)
-    first, last = 2 * values[:1] - values[pad:0:-1], 2 * values[-1:] - values[-2 : -pad - 2 : -1]
+def smoothed(points: FloatArray, sigma: float) -> FloatArray:
+    """A path (T, n) through a Gaussian of standard deviation `sigma` frames, without lag; a straight path stays what it is."""
     from scipy.ndimage import gaussian_filter1d
 
-    smooth: FloatArray = gaussian_filter1d(np.concatenate([first, values, last]), sigma, axis=0)[pad : pad + len(values)]
+    if sigma < 0.15 or len(points) < 3:
+        return points
+    # linear extension beyond the ends, so that neither end is pulled inwards
+    pad = min(len(points) - 1, int(4 * sigma) + 1)
+    before = 2 * points[0] - points[pad:0:-1]
+    after = 2 * points[-1] - points[-2 : -pad - 2 : -1]
+    smooth: FloatArray = gaussian_filter1d(np.concatenate([before, points, after]), sigma, axis=0)[pad : pad + len(points)]
     return smooth
-
-
-def _sides(motion: Motion) -> list[tuple[int, int]]:
-    """(left, right) joints of hips and shoulders."""
-    found = canonical_joints(motion.joint_names, motion.parents.tolist())
-    pairs = [(f"left_{name}", f"right_{name}") for name in ("hip", "shoulder")]
-    if missing := [name for pair in pairs for name in pair if name not in found]:
-        raise InputError(f"the skeleton '{motion.skeleton}' has no {missing[0].replace('_', ' ')}; it says not which way the person faces")
-    return [(found[left], found[right]) for left, right in pairs]

@@ -2,6 +2,6 @@
 
 from a2v.formats.bvh.conventions import UNITS
 from a2v.formats.bvh.reading import read_bvh
-from a2v.formats.bvh.writing import write_bvh
+from a2v.formats.bvh.writing import write_bvh, write_rig_bvh
 
-__all__ = ["UNITS", "read_bvh", "write_bvh"]
+__all__ = ["UNITS", "read_bvh", "write_bvh", "write_rig_bvh"]

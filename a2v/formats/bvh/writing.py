@@ -10,13 +10,16 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.formats.bvh.conventions import UNITS
+from a2v.formats.characters import check_clips
 from a2v.io import atomic_path
 from a2v.kinematics import SKELETONS, rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.orientations import bone_rotmats
-from a2v.types import FloatArray, Motion
+from a2v.types import Body, FloatArray, Motion
 
 _SAME = 2e-5
 """Radians: bones that agree so well share one joint."""
+_STEADY = 2e-5
+"""Metres: a bone that leaves its place by no more has no position channels."""
 
 
 def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | float = "centimetres") -> None:
@@ -42,13 +45,44 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
     """
     if motion.batch:
         raise InputError(f"write_bvh takes one clip; this Motion is a batch of shape {motion.batch}: index it first")
+    _write(path, _plan(motion), motion.frames, fps=motion.fps, units=units)
+
+
+def write_rig_bvh(
+    path: str | os.PathLike[str], body: Body, transforms: FloatArray, fps: float, *, units: str | float = "centimetres"
+) -> None:
+    """Write the motion of a rig's bones as BVH: one joint a bone, in their order, at rest as `Body.rest_transforms` has them.
+
+    Rotations are from the rest pose, in axes that are the world's there (BVH has no axes of bones); bones that leave their place in
+    their parent have position channels beside the topmost.
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    body : Body
+        Names, parents (one bone without), rest pose and tails.
+    transforms : (T, B, 4, 4) float
+        World from bone, metres.
+    fps : float
+    units : name in `UNITS` or metres per unit
+
+    Raises
+    ------
+    InputError
+        The transforms have the wrong shape or are not finite.
+    """
+    moves, rate = check_clips({"motion": (transforms, fps)}, len(body.bone_names))["motion"]
+    _write(path, _rig_plan(body, moves), len(moves), fps=rate, units=units)
+
+
+def _write(path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps: float, units: str | float) -> None:
     scale = 1.0 / (UNITS[units] if isinstance(units, str) else units)
-    plan = _plan(motion)
     header, columns = ["HIERARCHY"], []
 
     def emit(index: int, depth: int) -> None:
         pad, joint = "\t" * depth, plan[index]
-        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {_name(joint.name)}")
+        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {joint.name}")
         header.append(pad + "{")
         header.append(f"{pad}\tOFFSET {_numbers(joint.offset * scale)}")
         order = "Zrotation Xrotation Yrotation"
@@ -61,26 +95,46 @@ def write_bvh(path: str | os.PathLike[str], motion: Motion, *, units: str | floa
         for child in joint.children:
             emit(child, depth + 1)
         if not joint.children:
-            header.extend([f"{pad}\tEnd Site", pad + "\t{", f"{pad}\t\tOFFSET 0.000000 0.000000 0.000000", pad + "\t}"])
+            header.extend([f"{pad}\tEnd Site", pad + "\t{", f"{pad}\t\tOFFSET {_numbers(joint.end * scale)}", pad + "\t}"])
         header.append(pad + "}")
 
     emit(0, 0)
-    rates = ["MOTION", f"Frames: {motion.frames}", f"Frame Time: {1.0 / motion.fps:.10f}"]
+    rates = ["MOTION", f"Frames: {frames}", f"Frame Time: {1.0 / fps:.10f}"]
     table = np.concatenate(columns, axis=1)
-    with atomic_path(path) as temporary, open(temporary, "w", encoding="utf-8", newline="\n") as stream:
+    with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as stream:
         stream.write("\n".join([*header, *rates]) + "\n")
         np.savetxt(stream, table, fmt="%.6f")
 
 
 @dataclass
 class _Joint:
-    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T, 3) or None."""
+    """A joint to be written: offset (3,), rotations in its parent (T, 3, 3), position channels (T, 3) or None, and where it ends (3,)."""
 
     name: str
     offset: FloatArray
     rotmats: FloatArray
     positions: FloatArray | None
     children: list[int] = field(default_factory=list)
+    end: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+
+def _rig_plan(body: Body, transforms: FloatArray) -> list[_Joint]:
+    """The joints of a rig under transforms (T, B, 4, 4)."""
+    rest, parents = body.rest_transforms.astype(np.float64), body.bone_parents.tolist()
+    turned = transforms[..., :3, :3] @ np.swapaxes(rest[:, :3, :3], 1, 2)
+    own = np.einsum("bca,bc->ba", body.bone_transforms[:, :3, :3], body.bone_tails - body.bone_transforms[:, :3, 3])
+    ends = np.einsum("bac,bc->ba", rest[:, :3, :3], own.astype(np.float64))
+    plan: list[_Joint] = []
+    for bone, parent in enumerate(parents):
+        offset, place, rotmats = rest[bone, :3, 3], transforms[:, bone, :3, 3], turned[:, bone]
+        if parent >= 0:
+            back = np.swapaxes(turned[:, parent], 1, 2)
+            offset = offset - rest[parent, :3, 3]
+            place, rotmats = np.einsum("tac,tc->ta", back, place - transforms[:, parent, :3, 3]), back @ rotmats
+            plan[parent].children.append(bone)
+        moves = parent < 0 or float(np.abs(place - offset).max()) > _STEADY
+        plan.append(_Joint(body.bone_names[bone], offset, rotmats, place if moves else None, end=ends[bone]))
+    return plan
 
 
 def _plan(motion: Motion) -> list[_Joint]:

@@ -1,0 +1,128 @@
+"""The rigs of other tools, each a table in ``rigs/``: names, hierarchy, rest pose and axes of the bones."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.types import FloatArray
+
+_FOLDER = Path(__file__).parent / "rigs"
+
+OWN_RIG = "anny"
+"""Name of the body model's own rig: nothing changes."""
+
+RIGS: tuple[str, ...] = (OWN_RIG, "mixamo", "vrm", "unreal", "unity", "rigify")
+"""Names that ``--rig`` takes."""
+
+_DIRECTIONS = {
+    "left": (1.0, 0.0, 0.0), "right": (-1.0, 0.0, 0.0), "up": (0.0, 1.0, 0.0), "down": (0.0, -1.0, 0.0), "front": (0.0, 0.0, 1.0),
+    "back": (0.0, 0.0, -1.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigBone:
+    """A bone of a rig.
+
+    Attributes
+    ----------
+    name : str
+    parent : str
+        Empty for the topmost.
+    sources : tuple of str
+        Anny's bones that it stands for, the first of which leads. Bones that no bone of the rig names go with their nearest ancestor that
+        one names.
+    at : tuple of str
+        Anny's bones between whose heads its own head is in the rest pose; it moves with the first source. The first source's by default.
+    tail : str
+        The rig's bone whose head is the other end; empty for the end that the body model gives.
+    direction : str
+        Where the bone points in the rest pose: words such as "left" or "left front" of the person, "ahead" for a foot that keeps its
+        tilt, or empty for the direction that it has in Anny's rest pose.
+    toward : str
+        Where the second axis (`RigSpec.toward`) points in the rest pose, as near as the first lets it.
+    """
+
+    name: str
+    parent: str
+    sources: tuple[str, ...]
+    at: tuple[str, ...]
+    tail: str
+    direction: str
+    toward: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigSpec:
+    """A rig that an animators' tool knows.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+        What people call it.
+    rest : str
+        "T" or "A" (Anny's own rest pose, arms 45 degrees down).
+    along, toward : str
+        Axes of the bones such as "+y": the one along the bone, and the one that `RigBone.toward` aims. Empty for axes that are the
+        world's in the rest pose.
+    mirrored : bool
+        Bones of the right side have both axes reversed.
+    root : str
+        Name of the bone on the ground above the hips; empty for none.
+    bones : tuple of RigBone
+        Parents first, without the root.
+    """
+
+    name: str
+    title: str
+    rest: str
+    along: str
+    toward: str
+    mirrored: bool
+    root: str
+    bones: tuple[RigBone, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all bones, the root first."""
+        return (*([self.root] if self.root else []), *(bone.name for bone in self.bones))
+
+
+@cache
+def load_rig(name: str) -> RigSpec:
+    """The table of a rig of `RIGS` other than `OWN_RIG`.
+
+    Raises
+    ------
+    InputError
+        Unknown name.
+    """
+    if name not in RIGS or name == OWN_RIG:
+        raise InputError(f"unknown rig '{name}'; choose from {', '.join(RIGS)}")
+    table = json.loads((_FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    bones = tuple(
+        RigBone(
+            name=row["name"],
+            parent=row.get("parent", ""),
+            sources=tuple(row["from"].split()),
+            at=tuple(row.get("at", row["from"].split()[0]).split()),
+            tail=row.get("tail", ""),
+            direction=row.get("direction", ""),
+            toward=row.get("toward", ""),
+        )
+        for row in table.pop("bones")
+    )
+    return RigSpec(name=name, bones=bones, **table)
+
+
+def world_direction(words: str) -> FloatArray:
+    """Unit vector (3,) of words such as "left front": the person's left is +x, the front +z."""
+    total: FloatArray = np.sum([_DIRECTIONS[word] for word in words.split()], axis=0)
+    return total / float(np.linalg.norm(total))

@@ -1,0 +1,89 @@
+"""What game engines ask of a rig's clips: the travel on a root of its own, or no travel at all."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from a2v.animation.change_rig import change_rig
+from a2v.animation.rig_spec import OWN_RIG, load_rig
+from a2v.errors import InputError
+from a2v.kinematics.ground import GroundPath, path_of
+from a2v.types import Body, Character, FloatArray
+
+ROOT_NAME = "Root"
+"""Name of the root that is added to a rig that has none."""
+
+
+def ground_path_of(bone_transforms: FloatArray, body: Body) -> GroundPath:
+    """Where the topmost bone is over the ground, and the heading by hips and shoulders, of bones (T, B, 4, 4) of `body`.
+
+    Raises
+    ------
+    InputError
+        The body's bones do not say where its hips and shoulders are.
+    """
+    places = np.asarray(bone_transforms, dtype=np.float64)[..., :3, 3]
+    return path_of(places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'")
+
+
+def add_root(character: Character, name: str = ROOT_NAME) -> Character:
+    """A character with one more bone, the first: on the ground at the origin, above all others."""
+    body = character.body
+    above = np.eye(4, dtype=np.float32)[None]
+    body = dataclasses.replace(
+        body,
+        bone_names=(name, *body.bone_names),
+        bone_parents=np.concatenate([[-1], np.where(body.bone_parents < 0, 0, body.bone_parents + 1)]),
+        bone_transforms=np.concatenate([above, body.bone_transforms]),
+        rest_transforms=np.concatenate([above, body.rest_transforms]),
+        bone_tails=np.concatenate([np.array([[0, 0, 0.2]], np.float32), body.bone_tails]),
+        weights=np.concatenate([np.zeros((len(body.weights), 1), np.float32), body.weights], axis=1),
+    )
+    return dataclasses.replace(character, body=body, bones=character.bones + np.int32(1))
+
+
+def prepare_rig(
+    character: Character,
+    clips: Mapping[str, tuple[FloatArray, float]],
+    *,
+    rig: str = OWN_RIG,
+    root_motion: bool = False,
+    in_place: bool = False,
+) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
+    """A character and its clips as another tool wants them, ready for `a2v.formats`.
+
+    Parameters
+    ----------
+    character : Character
+    clips : by name: bone transforms (T, B, 4, 4), world from bone, metres, and frames per second
+    rig : str
+        One of `a2v.animation.rig_spec.RIGS`.
+    root_motion : bool
+        The root carries the travel and the heading, without the sway of steps; the hips the rest. A rig without a root gets one.
+    in_place : bool
+        Neither travel nor turning; sway stays.
+
+    Raises
+    ------
+    InputError
+        Unknown rig, a body of other bones than the rig is made of, or both ways of travelling at once.
+    """
+    if root_motion and in_place:
+        raise InputError("root motion and in place exclude each other; leave one of them out")
+    travel = root_motion or in_place
+    paths = {name: ground_path_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()} if travel else {}
+    made = {name: (np.asarray(moves, dtype=np.float64), fps) for name, (moves, fps) in clips.items()}
+    if in_place:
+        made = {name: (np.linalg.inv(paths[name])[:, None] @ moves, fps) for name, (moves, fps) in made.items()}
+    rooted = False
+    if rig != OWN_RIG:
+        change = change_rig(character, load_rig(rig))
+        character, made, rooted = change.character, change.clips(made), bool(change.spec.root)
+    if root_motion:
+        if not rooted:
+            character = add_root(character)
+        made = {name: (np.concatenate([paths[name][:, None], moves[:, int(rooted) :]], axis=1), fps) for name, (moves, fps) in made.items()}
+    return character, made

@@ -149,19 +149,22 @@ def _smooth_cyclic(values: FloatArray, sigma: float) -> FloatArray:
 
 
 def _smoothstep(x: FloatArray) -> FloatArray:
-    return x * x * x * (x * (6 * x - 15) + 10)
+    eased: FloatArray = x * x * x * (x * (6 * x - 15) + 10)
+    return eased
 
 
 def _blend(one: FloatArray, other: FloatArray, weight: FloatArray) -> FloatArray:
     """Unit quaternions between `one` and `other` (..., 4), the short way."""
     other = np.where((one * other).sum(-1, keepdims=True) < 0, -other, other)
     mixed = (1 - weight) * one + weight * other
-    return mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+    unit: FloatArray = mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+    return unit
 
 
 def _transformed(transforms: FloatArray, points: FloatArray) -> FloatArray:
     """Points (T, J, 3) under one transform (T, 4, 4) a frame."""
-    return points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
+    moved: FloatArray = points @ transforms[:, :3, :3].transpose(0, 2, 1) + transforms[:, None, :3, 3]
+    return moved
 
 
 def _moved(motion: Motion, transforms: FloatArray) -> Motion:

@@ -292,7 +292,7 @@ def _root(word: str) -> str:
     """Stem of a word, that of an adverb's adjective: "happily" as "happy"."""
     if len(word) > 4 and word.endswith("ly"):
         word = word[:-3] + "y" if word.endswith("ily") else word[:-2]
-    return _stem(word)
+    return str(_stem(word))
 
 
 def _plain(name: str) -> str:

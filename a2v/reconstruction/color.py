@@ -108,26 +108,34 @@ def color_surface(
     report(1, 4)
 
     colors = photo.patch_colors(vertices, faces)
-    expected = mirrored_prior(vertices, normals, colors, known=known, clean=photo.clean, subject=subject, camera=camera, head=_head(parts))
+    expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(parts))
+    # the band: what the photo saw at a glance, and what lies right behind the silhouette
+    band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
+    solution = solve_colors(
+        np.where(known[:, None], colors, expected), prior=np.clip(expected, 0, 1), neighbors=_nearest_vertices(vertices, settings.neighbors),
+        free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
+    )  # fmt: skip
+    final = np.clip(solution.colors, 0, 1)
+    report(2, 4)
+
+    uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture) if settings.texture else (None, None)
+    report(4, 4)
+    provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
+    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
+
+
+def _expected(
+    photo: _Projection, vertices: FloatArray, normals: FloatArray, colors: FloatArray, *, known: BoolArray, prior: FloatArray | None,
+    head: BoolArray | None,
+) -> tuple[FloatArray, FloatArray]:
+    """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
+    expected = mirrored_prior(vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head)
     reach, nearest = _nearest_known(vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
         close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[nearest])
         expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
-    # the band: what the photo saw at a glance, and what lies right behind the silhouette
-    band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
-    start, near = np.where(known[:, None], colors, expected), _nearest_vertices(vertices, settings.neighbors)
-    given = {"prior": np.clip(expected, 0, 1), "neighbors": near, "free": ~known, "band": band}
-    solution = solve_colors(start, **given, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance)
-    final = np.clip(solution.colors, 0, 1)
-    report(2, 4)
-
-    uv = texture = None
-    if settings.texture:
-        uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture)
-    report(4, 4)
-    provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
-    return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
+    return expected, reach
 
 
 def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
@@ -181,7 +189,7 @@ class _Projection:
     def __init__(self, surface: Surface, subject: Subject, camera: OrthographicCamera) -> None:
         import cv2
 
-        self.camera = camera
+        self.subject, self.camera = subject, camera
         self.clean = clean_colors(subject)
         height, width = subject.mask.shape
         depth = depth_map(surface.vertices, surface.faces, camera, (width, height))

@@ -25,7 +25,7 @@ _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 _COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 
 
-class _Document:
+class Document:
     """A glTF document under construction: JSON plus one binary buffer."""
 
     def __init__(self, name: str):
@@ -42,6 +42,7 @@ class _Document:
         self.blob = bytearray()
 
     def view(self, data: bytes, target: int | None = None) -> int:
+        """Append bytes as a buffer view; its index."""
         self.blob += b"\0" * (-len(self.blob) % 4)
         entry: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data)}
         if target is not None:
@@ -51,6 +52,7 @@ class _Document:
         return len(self.json["bufferViews"]) - 1
 
     def accessor(self, array: np.ndarray, *, target: int | None = None, bounds: bool = False, normalized: bool = False) -> int:
+        """Append an array (N, ...) of a component type that glTF knows; the index of its accessor."""
         array = np.ascontiguousarray(array)
         flat = array.reshape(len(array), -1)
         entry: dict[str, Any] = {
@@ -67,10 +69,12 @@ class _Document:
         return len(self.json["accessors"]) - 1
 
     def node(self, **values: Any) -> int:
+        """Append a node; its index."""
         self.json["nodes"].append(values)
         return len(self.json["nodes"]) - 1
 
     def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the file, atomically."""
         self.blob += b"\0" * (-len(self.blob) % 4)
         self.json["buffers"] = [{"byteLength": len(self.blob)}]
         text = json.dumps(self.json, separators=(",", ":"), allow_nan=False).encode()
@@ -106,13 +110,18 @@ def write_glb(
     InputError
         A clip has the wrong shape, is not finite or has no frames.
     """
+    skinned_document(character, clips, name=name, jpeg_quality=jpeg_quality).write(path)
+
+
+def skinned_document(character: Character, clips: Clips | None, *, name: str, jpeg_quality: int) -> Document:
+    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next one is the skinned mesh."""
     body = character.body
     checked = check_clips(clips, len(body.bone_names))
-    document = _Document(name)
+    document = Document(name)
     mesh = _add_mesh(document, character, name, jpeg_quality)
     bind = body.bone_transforms.astype(np.float64)
     local = parent_from_bone(bind[None], body.bone_parents)[0]
-    roots = _add_bones(document, body, local)
+    roots = add_bones(document, body, local)
     inverse = np.linalg.inv(bind)
     inverse[:, 3] = [0, 0, 0, 1]
     document.json["skins"] = [
@@ -126,11 +135,11 @@ def write_glb(
     skinned = document.node(name=name, mesh=mesh, skin=0)
     document.json["scenes"][0]["nodes"] = [*roots, skinned]
     if checked:
-        document.json["animations"] = [_add_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
-    document.write(path)
+        document.json["animations"] = [add_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
+    return document
 
 
-def _add_bones(document: _Document, body: Body, local: FloatArray) -> list[int]:
+def add_bones(document: Document, body: Body, local: FloatArray) -> list[int]:
     """Make a node of every bone, in their order from node 0 on, at its place `local` (B, 4, 4) in its parent; returns the roots."""
     children: list[list[int]] = [[] for _ in body.bone_names]
     for bone, parent in enumerate(body.bone_parents.tolist()):
@@ -184,7 +193,7 @@ def write_morph_glb(
         raise InputError(
             f"{len(frames)} frames of {frames.shape[1]} vertices need {frames.nbytes >> 20} MiB; use fewer frames or a smaller mesh"
         )
-    document = _Document(name)
+    document = Document(name)
     source, _, _ = _corners(surface)
     mesh = _add_mesh(document, surface, name, jpeg_quality)
     base = surface.vertices[source]
@@ -218,7 +227,7 @@ def _corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
     return unique["v"], index.reshape(-1, 3), coordinates
 
 
-def _add_mesh(document: _Document, thing: Character | Surface, name: str, quality: int) -> int:
+def _add_mesh(document: Document, thing: Character | Surface, name: str, quality: int) -> int:
     """Make a mesh with its material, and skinning weights for a character; returns its index."""
     surface = thing.surface if isinstance(thing, Character) else thing
     source, faces, coordinates = _corners(surface)
@@ -259,8 +268,8 @@ def _add_mesh(document: _Document, thing: Character | Surface, name: str, qualit
     return len(document.json["meshes"]) - 1
 
 
-def _add_animation(
-    document: _Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray
+def add_animation(
+    document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray
 ) -> dict[str, Any]:
     """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place `bind` (B, 4, 4) in their parent."""
     local = parent_from_bone(transforms, parents)

@@ -1,0 +1,166 @@
+"""Avatars as VRM 1.0 and their clips as VRM animations, on top of binary glTF (https://github.com/vrm-c/vrm-specification)."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.formats.characters import check_clips, parent_from_bone
+from a2v.formats.gltf.writing import Document, add_animation, add_bones, skinned_document
+from a2v.types import Body, Character, FloatArray
+
+_SIDED = (
+    "UpperLeg", "LowerLeg", "Foot", "Toes", "Shoulder", "UpperArm", "LowerArm", "Hand", "Eye", "ThumbMetacarpal", "ThumbProximal",
+    "ThumbDistal", *(f"{finger}{part}" for finger in ("Index", "Middle", "Ring", "Little") for part in ("Proximal", "Intermediate", "Distal")),
+)  # fmt: skip
+
+VRM_BONES: frozenset[str] = frozenset(
+    ("hips", "spine", "chest", "upperChest", "neck", "head", "jaw", *(side + name for side in ("left", "right") for name in _SIDED))
+)
+"""Bones of a person by VRM's names."""
+
+VRM_REQUIRED: frozenset[str] = frozenset(
+    ("hips", "spine", "head", *(side + name for side in ("left", "right") for name in _SIDED if name in _SIDED[:3] + _SIDED[5:8]))
+)
+"""The 15 bones that every avatar has."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class VrmMeta:
+    """What an avatar says about itself. Every permission that is not stated is the format's narrowest.
+
+    Attributes
+    ----------
+    name, author : str
+    licence_url : str
+        Address of the licence that the author grants.
+    version : str
+        Of the avatar.
+    """
+
+    name: str
+    author: str
+    licence_url: str
+    version: str = "1"
+
+    def __post_init__(self) -> None:
+        if not self.author.strip():
+            raise InputError("a .vrm names its author; state one with --author")
+        if not self.licence_url.startswith(("https://", "http://")):
+            given = f"'{self.licence_url}'" if self.licence_url else "nothing"
+            raise InputError(
+                f"a .vrm states its licence by address, given was {given}; add such as --licence-url https://creativecommons.org/licenses/by/4.0/"
+            )
+
+
+def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta, *, jpeg_quality: int = 92) -> None:
+    """Write an avatar as VRM 1.0: skinned glTF with humanoid bones, meta data, look-at by the eyes' bones and first person.
+
+    There are no expressions: the character has no morph targets. Clips go into files of their own, `write_vrma`.
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    character : Character
+        On a rig of VRM's bone names in T pose (`a2v.animation.change_rig`), the soles on the ground, facing +z.
+    meta : VrmMeta
+    jpeg_quality : int
+        Quality of the embedded texture, 1 to 100; 0 embeds PNG.
+
+    Raises
+    ------
+    InputError
+        The character lacks one of the required bones.
+    """
+    bones = _human_bones(character.body)
+    document = skinned_document(character, None, name=meta.name, jpeg_quality=jpeg_quality)
+    extension: dict[str, Any] = {
+        "specVersion": "1.0",
+        "meta": {
+            "name": meta.name,
+            "version": meta.version,
+            "authors": [meta.author],
+            "licenseUrl": "https://vrm.dev/licenses/1.0/",
+            "otherLicenseUrl": meta.licence_url,
+            "avatarPermission": "onlyAuthor",
+            "commercialUsage": "personalNonProfit",
+            "creditNotation": "required",
+            "modification": "prohibited",
+            "allowRedistribution": False,
+        },
+        "humanoid": {"humanBones": bones},
+        "expressions": {"preset": {}},  # none yet, but viewers look for eyes only beside them
+        "firstPerson": {"meshAnnotations": [{"node": len(character.body.bone_names), "type": "auto"}]},
+    }
+    if {"leftEye", "rightEye"} <= bones.keys():
+        extension["lookAt"] = _look_at(character.body)
+    document.json["extensionsUsed"] = ["VRMC_vrm"]
+    document.json["extensions"] = {"VRMC_vrm": extension}
+    document.write(path)
+
+
+def write_vrma(path: str | os.PathLike[str], body: Body, transforms: FloatArray, fps: float, *, name: str = "motion") -> None:
+    """Write a clip as a VRM animation, which any avatar can play.
+
+    Parameters
+    ----------
+    path : path
+        Written atomically.
+    body : Body
+        On a rig of VRM's bone names in T pose.
+    transforms : (T, B, 4, 4) float
+        World from bone, metres. The hips carry all of the travel: the format has no root.
+    fps : float
+    name : str
+
+    Raises
+    ------
+    InputError
+        A required bone is missing, or the transforms have the wrong shape or are not finite.
+    """
+    bones = _human_bones(body)
+    moves, rate = check_clips({name: (transforms, fps)}, len(body.bone_names))[name]
+    moves = moves.copy()
+    others = [bone for bone, label in enumerate(body.bone_names) if label not in bones]
+    moves[:, others] = body.bone_transforms[others]
+    document = Document(name)
+    local = parent_from_bone(body.bone_transforms.astype(np.float64)[None], body.bone_parents)[0]
+    document.json["scenes"][0]["nodes"] = add_bones(document, body, local)
+    animation = add_animation(document, name, moves, rate, body.bone_parents, local)
+    hips = bones["hips"]["node"]
+    animation["channels"] = [
+        channel
+        for channel in animation["channels"]
+        if channel["target"]["node"] not in others and (channel["target"]["path"] == "rotation" or channel["target"]["node"] == hips)
+    ]
+    document.json["animations"] = [animation]
+    document.json["extensionsUsed"] = ["VRMC_vrm_animation"]
+    document.json["extensions"] = {"VRMC_vrm_animation": {"specVersion": "1.0", "humanoid": {"humanBones": bones}}}
+    for empty in ("meshes", "materials"):
+        del document.json[empty]
+    document.write(path)
+
+
+def _human_bones(body: Body) -> dict[str, dict[str, int]]:
+    """VRM's bones with their nodes, which stand in the bones' order."""
+    found = {name: {"node": node} for node, name in enumerate(body.bone_names) if name in VRM_BONES}
+    if missing := sorted(VRM_REQUIRED - found.keys()):
+        raise InputError(f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the rig to vrm first")
+    return found
+
+
+def _look_at(body: Body) -> dict[str, Any]:
+    """The eyes turn by up to 10 degrees for a target 90 degrees aside; seen from between them."""
+    place = {name: transform[:3, 3].astype(np.float64) for name, transform in zip(body.bone_names, body.bone_transforms, strict=True)}
+    offset = (place["leftEye"] + place["rightEye"]) / 2 - place["head"]
+    ranges = ("rangeMapHorizontalInner", "rangeMapHorizontalOuter", "rangeMapVerticalDown", "rangeMapVerticalUp")
+    return {
+        "type": "bone",
+        "offsetFromHeadBone": [round(float(value), 5) for value in offset],
+        **{name: {"inputMaxValue": 90.0, "outputScale": 10.0} for name in ranges},
+    }

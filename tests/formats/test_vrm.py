@@ -1,0 +1,136 @@
+"""VRM 1.0: what the files say, and what @pixiv/three-vrm makes of them in a browser."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from a2v import Character, InputError
+from a2v.animation import deform, prepare_rig, retarget
+from a2v.formats import read_motion
+from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
+from a2v.formats.gltf.vrm import VRM_REQUIRED
+from tests.support.glb import Glb
+
+ROOT = Path(__file__).resolve().parents[2]
+META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+PACKAGES = ("three@0.187.0", "@pixiv/three-vrm@3.5.5", "@pixiv/three-vrm-animation@3.5.5", "esbuild@0.28.2")
+
+
+@pytest.fixture(scope="module")
+def person(character: Character, data_dir: Path) -> tuple[Character, np.ndarray]:
+    moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), character.body)
+    changed, clips = prepare_rig(character, {"walk": (moves, 10.0)}, rig="vrm")
+    return changed, clips["walk"][0]
+
+
+@pytest.fixture(scope="module")
+def files(person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("vrm")
+    write_vrm(folder / "ada.vrm", person[0], META)
+    write_vrma(folder / "walk.vrma", person[0].body, person[1], 10.0, name="walk")
+    return folder / "ada.vrm", folder / "walk.vrma"
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """three-vrm with our script as one file; packages from npm in an ignored folder."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        pytest.skip("three-vrm needs node and npm; they are not installed")
+    folder = ROOT / "build" / "three-vrm"
+    if not (folder / "node_modules" / ".bin" / "esbuild").exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        command = [npm, "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), *PACKAGES]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
+        if done.returncode:
+            pytest.skip(f"the npm registry gave no three-vrm: {done.stderr.strip()[-200:]}")
+    source = folder / "look.mjs"  # beside its packages
+    source.write_bytes(Path(__file__).with_name("look_in_three_vrm.mjs").read_bytes())
+    out = tmp_path_factory.mktemp("bundle") / "look.js"
+    command = [
+        str(folder / "node_modules" / ".bin" / "esbuild"),
+        str(source),
+        "--bundle",
+        "--format=iife",
+        f"--outfile={out}",
+        "--log-level=error",
+    ]
+    subprocess.run(command, check=True, timeout=120)
+    return out.read_text(encoding="utf-8")
+
+
+def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path], person: tuple[Character, np.ndarray]) -> None:
+    document = Glb(files[0]).json
+    assert document["extensionsUsed"] == ["VRMC_vrm"]
+    vrm = document["extensions"]["VRMC_vrm"]
+    assert vrm["specVersion"] == "1.0"
+    bones = vrm["humanoid"]["humanBones"]
+    assert len(VRM_REQUIRED) == 15
+    assert bones.keys() >= VRM_REQUIRED
+    assert sum(any(finger in name for finger in ("Thumb", "Index", "Middle", "Ring", "Little")) for name in bones) == 30
+    assert all(document["nodes"][bone["node"]]["name"] == name for name, bone in bones.items())
+    assert (vrm["meta"]["authors"], vrm["meta"]["otherLicenseUrl"]) == (["A. Person"], META.licence_url)
+    assert document["nodes"][vrm["firstPerson"]["meshAnnotations"][0]["node"]]["skin"] == 0
+    body, vertices = person[0].body, person[0].surface.vertices
+    assert abs(float(vertices[:, 1].min())) < 5e-3
+    toes, ankles = (body.bone_transforms[body.bone_names.index(name), :3, 3] for name in ("leftToes", "leftFoot"))
+    assert toes[2] > ankles[2] + 0.05  # faces +z
+    clip = Glb(files[1]).json
+    names = {clip["nodes"][channel["target"]["node"]]["name"] for channel in clip["animations"][0]["channels"]}
+    assert "hips" in names
+    assert "root" not in names
+    moved = [channel["target"]["node"] for channel in clip["animations"][0]["channels"] if channel["target"]["path"] == "translation"]
+    assert moved == [clip["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"]["hips"]["node"]]
+
+
+@pytest.mark.slow
+def test_three_vrm_moves_the_right_vertices(
+    files: tuple[Path, Path], person: tuple[Character, np.ndarray], bundle: str, tmp_path: Path
+) -> None:
+    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if browser is None:
+        pytest.skip("no browser found (looked for chromium, google-chrome)")
+    character, moves = person
+    chosen = list(range(0, len(character.surface.vertices), 97))
+    frames = [0, 4, 9]
+    given = {
+        "vrm": base64.b64encode(files[0].read_bytes()).decode(),
+        "vrma": base64.b64encode(files[1].read_bytes()).decode(),
+        "vertices": chosen,
+        "times": [frame / 10 for frame in frames],
+    }
+    page = tmp_path / "page.html"
+    script = bundle.replace("</script", "<\\/script")
+    page.write_text(f"<meta charset=utf-8><body><script>window.given={json.dumps(given)}</script><script>{script}</script>")
+    flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000", f"--user-data-dir={tmp_path / 'profile'}"]
+    command = [browser, *flags, "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", page.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
+    assert "TOLD " in done.stdout, done.stdout[-1500:] + done.stderr[-500:]
+    text = html.unescape(done.stdout.rpartition("TOLD ")[2].partition(" END")[0])
+    told: dict[str, Any] = json.loads(text)
+    assert set(told["bones"]) >= VRM_REQUIRED
+    assert told["meta"]["name"] == "Ada"
+    assert told["lookAt"]
+    assert told["firstPerson"]
+    assert told["duration"] == pytest.approx((len(moves) - 1) / 10, abs=1e-4)
+    for frame, seen in zip(frames, told["frames"], strict=True):
+        np.testing.assert_allclose(seen, deform(character, moves[frame])[chosen], atol=2e-3)
+
+
+def test_what_is_not_stated_is_asked_for(character: Character, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--licence-url"):
+        VrmMeta(name="a", author="b", licence_url="")
+    with pytest.raises(InputError, match="--author"):
+        VrmMeta(name="a", author=" ", licence_url="https://example.org")
+    with pytest.raises(InputError, match="change the rig to vrm"):
+        write_vrm(tmp_path / "a.vrm", character, META)
+    assert not list(tmp_path.iterdir())

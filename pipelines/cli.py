@@ -30,6 +30,7 @@ from a2v.processes import import_folders, safe_children
 
 COMMANDS = {
     "video": "a photo and an action to a video, a rigged character and its motion",
+    "batch": "a table of jobs to videos",
     "motion": "an action to motion files",
     "character": "a photo and several actions to one GLB, USD or web page",
     "reconstruct": "a photo to a rigged, textured 3D character",

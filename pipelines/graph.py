@@ -7,16 +7,14 @@ fans out: ``pose[t] -> posed[t]`` calls the node once a frame.
 from __future__ import annotations
 
 import difflib
-import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from a2v.errors import InputError
 from pipelines.memo import Bound, Node
-from pipelines.store import default_folder
+from pipelines.store import Store
 
 
 @dataclass(frozen=True)
@@ -88,12 +86,12 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
 def build(
     graph: Graph,
     *,
-    folder: str | os.PathLike[str] | None = None,
+    store: Store | None = None,
     events: str = "",
     fresh: Collection[str] = (),
     codes: Mapping[str, str] | None = None,
 ) -> Any:
-    """The `pipefunc.Pipeline` of `graph`, its nodes bound to the store in `folder`; types of all edges are checked.
+    """The `pipefunc.Pipeline` of `graph`, its nodes bound to `store`; types of all edges are checked.
 
     Parameters
     ----------
@@ -101,7 +99,7 @@ def build(
     """
     import pipefunc
 
-    where = str(Path(folder or default_folder()).absolute())
+    where = store or Store()
     functions = []
     for step in graph:
         bound = Bound(step.node, where, events, step.node.code(), fresh=bool(set(step.outputs) & set(fresh)))

@@ -76,7 +76,9 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
 
     if path is None:
         return None
-    return dataclasses.replace(store.put(Blob.of(read_bytes(path, limit=MAX_PHOTO_BYTES))), source=os.fspath(path))
+    ref = store.put(Blob.of(read_bytes(path, limit=MAX_PHOTO_BYTES)))
+    store.share([ref])
+    return dataclasses.replace(ref, source=os.fspath(path))
 
 
 def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, seed: int, fps: float | None) -> Parameters:

@@ -16,6 +16,7 @@ import importlib
 import inspect
 import json
 import os
+import platform
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -25,6 +26,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 import joblib
 import numpy as np
 
+from a2v.errors import A2VError
 from a2v.types import Progress
 from pipelines import store as storage
 from pipelines.closure import code_digest
@@ -74,13 +76,15 @@ class Node(Generic[P, R]):
             emit(node=self.name, done=True, hit=True, start=started, seconds=time.time() - started, size=size_of(result), **told)
             return result
         emit(node=self.name, start=started)
-        with peak_memory() as peak, _running(self.name) as running, storage.using(store.folder):
+        with peak_memory() as peak, _running(self.name) as running, storage.using(store):
             clock, work = time.perf_counter(), time.process_time()
             result = self.function(*args, **dict(kwargs))
             spent = {"seconds": time.perf_counter() - clock, "cpu": time.process_time() - work}
             facts = {**spent, "peak": peak(), "notes": running.notes, "measures": running.measures}
         if self.remember:
             store.remember(self.name, key, result, {**facts, "start": started})
+        else:
+            store.share(storage.refs_in(result))
         emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)
         return result
 
@@ -100,20 +104,28 @@ def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
 
 
 class Bound:
-    """A node with what it needs in any process: the store's folder, the event file's folder and the code's digest."""
+    """A node with what it needs in any process: the store, the event file's folder and the code's digest."""
 
-    def __init__(self, node: Node[Any, Any], folder: str, events: str, code: str, fresh: bool = False) -> None:
-        self._state = (node, folder, events, code, fresh)
+    def __init__(self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False) -> None:
+        self._state = (node, store, events, code, fresh)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Bound, self._state
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """The node's result; its events go to the run."""
-        node, folder, events, code, fresh = self._state
+        """The node's result; its events go to the run.
+
+        Raises
+        ------
+        A2VError
+            This process has other code than the one that built the graph.
+        """
+        node, store, events, code, fresh = self._state
+        if node.code() != code:
+            raise A2VError(f"worker {platform.node()} has other code for '{node.name}' than this machine; install the same version there")
         token = _events.set(events)
         try:
-            return node.call(Store(folder), code, args, kwargs, fresh=fresh)
+            return node.call(store, code, args, kwargs, fresh=fresh)
         finally:
             _events.reset(token)
 

@@ -55,7 +55,7 @@ def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:
         with atomic_path(path) as temporary:
             temporary.write_bytes(outcome.store.get(ref, Image).png.tobytes())
         return path
-    read_npz(outcome.store.path(ref))  # whole, or an error before anything is written
+    read_npz(outcome.store.local_path(ref))  # whole, or an error before anything is written
     with atomic_path(path) as temporary:
         temporary.write_bytes(outcome.store.path(ref).read_bytes())
     return path

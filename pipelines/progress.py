@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import timedelta
 from math import prod
 from pathlib import Path
 from typing import Any
 
+from a2v.io import printable
 from pipelines.graph import Graph
 
 
@@ -146,8 +149,6 @@ class Bars:
         """Draw an update."""
         if self._quiet or (update.total == 0 and update.done == 0):
             return
-        import sys
-
         if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
             self._line(update)
             return
@@ -162,8 +163,6 @@ class Bars:
         bar.refresh()
 
     def _line(self, update: Update) -> None:
-        import sys
-
         now = time.monotonic()
         if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
             self._said[update.node] = -1.0
@@ -176,6 +175,36 @@ class Bars:
         """Leave the bars as they are."""
         for bar in self._bars.values():
             bar.close()
+
+
+class Lasting:
+    """One line on standard error for something long whose end is foretold: how much is done and the time left for the whole."""
+
+    def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
+        self._name, self._total, self._quiet = name, total, quiet
+        self._said = 0.0
+        self._live = sys.stderr.isatty()
+
+    def __enter__(self) -> Lasting:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live and not self._quiet and self._said:
+            print(file=sys.stderr)
+
+    def update(self, done: int, seconds: float, more: str = "") -> None:
+        """Say how far it is, at most once a second (without a terminal once in ten)."""
+        now = time.monotonic()
+        if self._quiet or now - self._said < (1.0 if self._live else 10.0):
+            return
+        self._said = now
+        text = f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left" + (f" ({more})" if more else "")
+        print(f"\r{text:<100}" if self._live else text, end="" if self._live else "\n", file=sys.stderr, flush=True)
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        if not self._quiet:
+            print(f"\r{printable(text):<100}" if self._live else printable(text), file=sys.stderr, flush=True)
 
 
 def memory_of_family() -> int:

@@ -138,7 +138,7 @@ def _map(
 ) -> dict[str, Any]:
     if not steps:
         return {}
-    pipeline = build(steps, folder=store.folder, events=str(events), fresh=anew)
+    pipeline = build(steps, store=store, events=str(events), fresh=anew)
     here = SerialExecutor()  # single nodes run in this process with all its threads
     executors: dict[Any, Executor] = {"": here}
     for step in steps:

@@ -1,9 +1,12 @@
-"""The store: values named by their content, in one folder that every worker sees.
+"""The store: values named by their content, in one folder that every worker sees, or in an object store with a folder in front.
 
 A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes; what passes between
 nodes is a `Ref`, 40 characters, so keys hash in microseconds and clusters ship no meshes. ``calls/`` remembers which
 call gave which refs (`pipelines.memo`). Two runs may share a folder: a file appears under its name only when it is
 complete, and equal content has an equal name.
+
+Where the store's address is a URL (`pipelines.remote`), each machine has a folder of its own in front of it. A value goes to the object store
+with the record of the call that gave it; it comes back where it is missing, and its digest is checked on arrival.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import json
 import os
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -26,6 +29,7 @@ import numpy as np
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes, user_cache_folder
 from a2v.record import Record
+from pipelines.remote import Remote, is_remote
 
 T = TypeVar("T")
 R = TypeVar("R", bound=Record)
@@ -80,16 +84,42 @@ class File:
         return hash(self.digest)
 
 
+def _object_key(ref: Ref[Any]) -> str:
+    return f"objects/{ref.digest[:2]}/{ref.digest[2:]}.npz"
+
+
 def digest_of(data: bytes) -> str:
     """Forty hex digits of BLAKE2b."""
     return hashlib.blake2b(data, digest_size=20).hexdigest()
 
 
 class Store:
-    """A folder of content-named values."""
+    """A folder of content-named values, and the object store behind it, if there is one.
 
-    def __init__(self, folder: str | os.PathLike[str] | None = None) -> None:
-        self.folder = Path(folder) if folder is not None else default_folder()
+    Parameters
+    ----------
+    address : folder, URL of an object store, or None for the default folder
+    private : names of nodes whose results stay in this machine's folder
+
+    Attributes
+    ----------
+    folder : Path
+    remote : Remote or None
+    address : str
+        What makes the same store in another process.
+    """
+
+    def __init__(self, address: str | os.PathLike[str] | None = None, private: Collection[str] = ()) -> None:
+        self.remote = Remote(os.fspath(address)) if address is not None and is_remote(address) else None
+        if self.remote is not None:
+            self.folder = default_folder() / "copies" / digest_of(self.remote.url.encode())[:16]
+        else:
+            self.folder = Path(address) if address is not None else default_folder()
+        self.address = self.remote.url if self.remote is not None else str(self.folder.absolute())
+        self.private = frozenset(private)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Store, (self.address, self.private)
 
     def prepare(self) -> None:
         """Make the folder, for its user alone; of one that is there, check that nobody else can change what it remembers.
@@ -154,29 +184,69 @@ class Store:
             The file is missing or damaged.
         """
         try:
-            return kind.load(self.path(ref))
+            return kind.load(self.local_path(ref))
         except InputError as error:
             raise LostObjectError(f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run again") from error
 
     def has(self, ref: Ref[Any]) -> bool:
-        """Whether the value is there and whole; marks it as used."""
+        """Whether the value is there and whole (one that only the object store has: whether it is there); marks it as used."""
         path = self.path(ref)
         try:
             good = digest_of(path.read_bytes()) == ref.digest
             if good:
                 os.utime(path)
         except OSError:
-            return False
-        return good
+            good = False
+        if good or self.remote is None:
+            return good
+        path.unlink(missing_ok=True)
+        return self.remote.exists(_object_key(ref))
+
+    def local_path(self, ref: Ref[Any]) -> Path:
+        """Where `ref` is on this machine, fetched if it is missing; a damaged object is removed from the object store.
+
+        Raises
+        ------
+        LostObjectError
+            The object store does not have it either, or has it damaged.
+        """
+        path = self.path(ref)
+        if self.remote is None or path.exists():
+            return path
+        data = self.remote.fetch(_object_key(ref))
+        if data is None or digest_of(data) != ref.digest:
+            if data is not None:
+                self.remote.remove(_object_key(ref))
+            raise LostObjectError(f"the stored value {ref.digest[:8]} {'is gone' if data is None else 'arrived damaged'}; run again")
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(data)
+        return path
+
+    def share(self, refs: Iterable[Ref[Any]]) -> None:
+        """Send what the object store lacks to it; nothing where there is none."""
+        if self.remote is None:
+            return
+        for ref in refs:
+            if not self.remote.exists(_object_key(ref)):
+                self.remote.put(_object_key(ref), self.local_path(ref).read_bytes())
 
     # --- what calls gave
 
     def _call(self, node: str, key: str) -> Path:
-        return self.folder / "calls" / node / key[:2] / f"{key[2:]}.json"
+        where = f"{node}@here" if node in self.private else node
+        return self.folder / "calls" / where / key[:2] / f"{key[2:]}.json"
+
+    def _call_key(self, node: str, key: str) -> str:
+        return self._call(node, key).relative_to(self.folder).as_posix()
 
     def recall(self, node: str, key: str) -> tuple[Any, dict[str, Any]] | None:
         """The remembered (result, facts) of a call, or None where it is unknown or any of its values is gone."""
         path = self._call(node, key)
+        if self.remote is not None and node not in self.private and not path.exists():
+            data = self.remote.fetch(self._call_key(node, key))
+            if data is not None and len(data) <= MAX_CALL_BYTES:
+                with atomic_path(path) as temporary:
+                    temporary.write_bytes(data)
         try:
             record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
             if record.pop("call") != [node, key]:  # moved here from another call
@@ -192,6 +262,9 @@ class Store:
         """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them)."""
         with self._writing(self._call(node, key)) as temporary:
             temporary.write_text(json.dumps({"call": [node, key], "result": _encode(result), **facts}))
+        if self.remote is not None and node not in self.private:
+            self.share(refs_in(result))  # before the record that names them
+            self.remote.put(self._call_key(node, key), self._call(node, key).read_bytes())
 
     # --- housekeeping
 
@@ -329,9 +402,9 @@ def current() -> Store:
 
 
 @contextlib.contextmanager
-def using(folder: str | os.PathLike[str] | None) -> Iterator[Store]:
-    """Make `folder` the current store inside the block (None: the default folder)."""
-    store = Store(folder)
+def using(place: Store | str | os.PathLike[str] | None) -> Iterator[Store]:
+    """Make a store, by itself or its address, the current one inside the block (None: the default folder)."""
+    store = place if isinstance(place, Store) else Store(place)
     token = _current.set(store)
     try:
         yield store

@@ -38,16 +38,16 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
 @memo()
 def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
     """Deform the character to one pose (Eq. 20)."""
-    deformed = _deformer(str(current().folder), character, deform)
+    deformed = _deformer(current().address, character, deform)
     return put(Vertices(vertices=deformed(get(pose, Pose).bone_transforms)))
 
 
 @functools.lru_cache(maxsize=1)
-def _deformer(folder: str, ref: Ref[Character], settings: DeformSettings) -> Callable[[FloatArray], FloatArray]:
+def _deformer(address: str, ref: Ref[Character], settings: DeformSettings) -> Callable[[FloatArray], FloatArray]:
     """The factored character, kept for the frames that follow in the same process."""
     from a2v import animation
 
-    character = load_character(folder, ref)
+    character = load_character(address, ref)
     if settings.method == "skinning":
         return functools.partial(animation.deform, character)
     return animation.ArapDeformer(character, settings)

@@ -57,21 +57,21 @@ def frame(
     backdrop: Ref[Blob] | None,
 ) -> Ref[Image]:
     """Render one frame of one view."""
-    renderer = _renderer(str(current().folder), character, look, backdrop)
+    renderer = _renderer(current().address, character, look, backdrop)
     return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(camera, ViewCamera))))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(folder: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None) -> Any:
+def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
     from pipelines.store import Store
 
-    settings = Store(folder).get(look, RenderSettings)
+    settings = Store(address).get(look, RenderSettings)
     threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
-    picture = None if backdrop is None else decode_photo(bytes(Store(folder).get(backdrop, Blob)), "the background")[..., :3]
-    surface = load_character(folder, character).surface
+    picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
+    surface = load_character(address, character).surface
     return Renderer(surface, dataclasses.replace(settings, threads=threads), backdrop=picture)
 
 

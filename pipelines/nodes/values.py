@@ -118,6 +118,6 @@ class Image(Record):
 
 
 @functools.lru_cache(maxsize=1)
-def load_character(folder: str, ref: Ref[Character]) -> Character:
+def load_character(address: str, ref: Ref[Character]) -> Character:
     """The character, kept for the frames that follow in the same process."""
-    return Store(folder).get(ref, Character)
+    return Store(address).get(ref, Character)

@@ -161,7 +161,7 @@ def test_an_edge_between_other_types_fails_before_anything_runs(store):
 
     graph = (GRAPH[0], Step(wrong, "wrong"))
     with pytest.raises(TypeError, match="base"):
-        build(graph, folder=store.folder)
+        build(graph, store=store)
 
 
 def test_an_error_in_a_frame_reaches_the_caller(store):

@@ -1,0 +1,141 @@
+"""What a batch leaves in its folder: a folder a job with the record of it, one CSV and one page of all.
+
+A job's folder and record are named by what was asked for, and the tables are made of the records that are there. So two batches may use one
+folder at once.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import urllib.parse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from a2v.errors import A2VError
+from a2v.io import atomic_path, read_bytes, write_csv
+from pipelines.batch.tasks import Job, Result
+from pipelines.outputs import write_results
+from pipelines.run import Outcome
+from pipelines.store import Store
+
+RECORD = "job.json"
+THUMBNAIL = "thumbnail.jpg"
+_MAX_RECORD_BYTES = 1 << 20
+_COLUMNS = ("folder", "status", "name", "photo", "action", "model", "motion", "seed", "frames", "views", "size", "seconds", "problem", "notes")
+
+
+def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, Any]:
+    """Write a job's files, its thumbnail and, last, its record; returns the record."""
+    folder = out / job.name
+    written: list[Path] = []
+    if not result.problem:
+        video = job.tasks[-1]
+        outcome = Outcome(result.values, {}, result.seconds, result.peak_memory, store)
+        written = write_results(outcome, folder, video.parameters["render"].views)
+        written.append(_thumbnail(written[1], folder / THUMBNAIL))
+    row = job.row
+    record = {
+        "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name, "photo": row.photo, "action": row.motion.action,
+        "model": row.motion.model, "motion": row.motion.motion or "", "seed": row.motion.seed, "frames": row.motion.frames,
+        "views": row.look.views or "", "size": row.look.size, "seconds": round(result.seconds, 3), "problem": result.problem,
+        "notes": " ".join(result.notes), "trace": result.trace, "key": job.tasks[-1].key if job.tasks else "",
+        "files": {path.name: path.stat().st_size for path in written},
+    }  # fmt: skip
+    with atomic_path(folder / RECORD) as temporary:
+        temporary.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    return record
+
+
+def read_record(folder: Path) -> dict[str, Any] | None:
+    """The record of a job's folder; None where there is none that can be read."""
+    try:
+        record = json.loads(read_bytes(folder / RECORD, limit=_MAX_RECORD_BYTES))
+    except (A2VError, ValueError, RecursionError):
+        return None
+    good = isinstance(record, dict) and record.get("folder") == folder.name and record.get("status") in ("done", "failed")
+    return record if good and isinstance(record.get("files"), dict) else None
+
+
+def is_over(out: Path, job: Job, *, retry_failed: bool) -> bool:
+    """Whether nothing is left to do: its files are there as they were written by today's code, or it has failed before."""
+    record = read_record(out / job.name)
+    if record is None or record.get("key") != (job.tasks[-1].key if job.tasks else ""):
+        return False
+    if record["status"] == "failed":
+        return not retry_failed
+    try:
+        return all((out / job.name / Path(name).name).stat().st_size == size for name, size in record["files"].items())
+    except OSError:
+        return False
+
+
+def write_tables(out: Path) -> dict[str, int]:
+    """Write ``results.csv`` and ``index.html`` of all records in the folder; returns how many have which status."""
+    rows = sorted(_records(out), key=lambda record: (record["status"] == "done", record["folder"]))
+    plain_rows = [{name: _cell(record.get(name, "")) for name in _COLUMNS} for record in rows]
+    if rows:
+        write_csv(out / "results.csv", plain_rows)
+    with atomic_path(out / "index.html") as temporary:
+        temporary.write_text(_page(rows), encoding="utf-8")
+    done = sum(record["status"] == "done" for record in rows)
+    return {"done": done, "failed": len(rows) - done}
+
+
+def _records(out: Path) -> Iterator[dict[str, Any]]:
+    for folder in out.iterdir():
+        if (folder / RECORD).is_file() and (record := read_record(folder)) is not None:
+            yield record
+
+
+def _cell(value: object) -> object:
+    """A value that spreadsheets do not take for a formula."""
+    return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r") else value
+
+
+def _thumbnail(video: Path, path: Path) -> Path:
+    """The first frame, small."""
+    from PIL import Image
+
+    from a2v.rendering import read_video
+
+    picture = Image.fromarray(next(iter(read_video(video))))
+    picture.thumbnail((128, 128))
+    with atomic_path(path) as temporary:
+        picture.save(temporary, quality=80)
+    return path
+
+
+_STYLE = """body{font:14px system-ui,sans-serif;margin:2em;color:#222;background:#fafafa}table{border-collapse:collapse;width:100%}
+td,th{padding:.3em .8em;border-bottom:1px solid #ddd;text-align:left;vertical-align:middle}img{border-radius:4px;display:block}
+.failed td{color:#a33}input{padding:.4em;width:20em;margin-bottom:1em}"""
+_FILTER = (
+    "document.querySelector('input').oninput=e=>{for(const r of document.querySelectorAll('tbody tr'))"
+    "r.hidden=!r.textContent.toLowerCase().includes(e.target.value.toLowerCase())}"
+)
+
+
+def _page(rows: list[dict[str, Any]]) -> str:
+    done = sum(record["status"] == "done" for record in rows)
+    heads = ("", "job", "photo", "action", "seed", "frames", "views", "result")
+    lines = "\n".join(map(_line, rows))
+    return (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>a2v: {done} videos</title><style>{_STYLE}</style>\n'
+        f"<h1>{done} videos, {len(rows) - done} failed</h1>\n"
+        f'<input type="search" aria-label="filter" placeholder="filter"> <a href="results.csv">results.csv</a>\n'
+        f"<table><thead><tr>{''.join(f'<th>{name}</th>' for name in heads)}</tr></thead><tbody>\n{lines}\n</tbody></table>\n"
+        f"<script>{_FILTER}</script></html>\n"
+    )
+
+
+def _line(record: Mapping[str, Any]) -> str:
+    folder = urllib.parse.quote(record["folder"])
+    what = record.get("action") or Path(str(record.get("motion", ""))).name
+    told = (record["name"] or record["folder"], Path(str(record.get("photo", ""))).name, what, *(record.get(n, "") for n in ("seed", "frames", "views")))
+    cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in told)
+    if record["status"] == "failed":
+        return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'
+    picture = f'<a href="{folder}/preview.html"><img src="{folder}/{THUMBNAIL}" loading="lazy" height="96" alt=""></a>'
+    links = " ".join(f'<a href="{folder}/{name}">{name}</a>' for name in ("video.mp4", "character.glb", "motion.bvh"))
+    return f"<tr><td>{picture}</td>{cells}<td>{links}</td></tr>"

@@ -1,0 +1,244 @@
+"""Tasks on workers that may die: what is ready goes out, what was lost goes out again, and nothing is done twice.
+
+People come before motions, motions before videos; a task waits for those that make what it shares with others. A local worker that dies takes
+its own task with it and nothing else; a cluster that is lost is joined again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from typing import Any
+
+from a2v.errors import A2VError, InputError
+from pipelines.batch.tasks import Kind, Result, Task, own_likeness, perform, recall
+from pipelines.executors import LocalExecutor, cpu_count, open_executor
+from pipelines.inputs import RunOptions
+from pipelines.progress import memory_of_family
+from pipelines.store import Store
+
+LOSSES = 6
+"""A task whose worker died this often has failed."""
+WAIT_FOR_CLUSTER = 180.0
+"""Seconds within which a lost scheduler has to be there again."""
+_PRIOR: Mapping[Kind, float] = {"person": 25.0, "motion": 1.0, "video": 120.0}
+"""Seconds of a task, as long as none of its kind was measured."""
+
+Done = Callable[[Task, Result], None]
+
+
+@dataclass
+class Watch:
+    """How far a batch is; made anew by the clock of what was done."""
+
+    left: Counter[Kind] = field(default_factory=Counter)
+    done: Counter[Kind] = field(default_factory=Counter)
+    seconds: dict[Kind, float] = field(default_factory=dict)
+    workers: int = 1
+
+    def take(self, kind: Kind, seconds: float) -> None:
+        """Count a task that is over; one that was recalled took no time and says nothing of the others."""
+        self.left[kind] -= 1
+        if seconds:
+            self.done[kind] += 1
+            self.seconds[kind] = self.seconds.get(kind, 0.0) + seconds
+
+    def remaining(self) -> float:
+        """Seconds to the end, from the mean time of what was computed so far."""
+        each = {kind: self.seconds[kind] / self.done[kind] if self.done[kind] else _PRIOR[kind] for kind in self.left}
+        return sum(count * each[kind] for kind, count in self.left.items()) / max(self.workers, 1)
+
+
+class SeparateWorkers(Executor):
+    """Local processes each in a pool of its own, so that one that dies breaks one call only; started when they are needed."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self._idle: list[LocalExecutor] = []
+        self._busy: set[LocalExecutor] = set()
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Hand the call to a worker of its own."""
+        pool = self._idle.pop() if self._idle else LocalExecutor(1)
+        self._busy.add(pool)
+        future = pool.submit(function, *args, **kwargs)
+        future.add_done_callback(lambda finished: self._put_back(pool, finished))
+        return future
+
+    def _put_back(self, pool: LocalExecutor, finished: Future[Any]) -> None:
+        self._busy.discard(pool)
+        if not finished.cancelled() and not isinstance(finished.exception(), BrokenProcessPool):
+            self._idle.append(pool)
+
+    def rest(self) -> None:
+        """End the workers that do nothing, for their memory."""
+        while self._idle:
+            self._idle.pop().shutdown()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End all workers; with `cancel_futures` in the middle of what they do."""
+        for pool in [*self._idle, *self._busy]:
+            pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+
+class Schedule:
+    """Does tasks.
+
+    Parameters
+    ----------
+    store : Store
+    running : RunOptions
+        Where.
+    limit : int or None
+        Bytes of memory that all local processes together may have before another task is begun.
+    done : called with every task and what became of it, in this thread
+    tick : called about once a second with the `Watch`
+    """
+
+    def __init__(self, store: Store, running: RunOptions, *, limit: int | None, done: Done, tick: Callable[[Watch], None]) -> None:
+        self._store, self._running, self._limit = store, running, limit
+        self._done, self._tick = done, tick
+        self._waiting: dict[str, list[Task]] = {}
+        self._missing: dict[str, int] = {}
+        self._ready: deque[Task] = deque()
+        self._over: dict[str, Result] = {}
+        self._losses: Counter[str] = Counter()
+        self._largest = 0
+        self.watch = Watch()
+
+    def run(self, tasks: Iterable[Task]) -> None:
+        """Do `tasks`, one a key; those that others come `after` first in their order.
+
+        Raises
+        ------
+        A2VError
+            A worker runs other code or weights, or the cluster is lost for good.
+        """
+        own = {task.key: task for task in tasks}
+        for task in own.values():
+            self._add(task, [key for key in task.after if key in own])
+        lost_since: float | None = None
+        while self._ready or self._missing:
+            try:
+                with _open(self._running) as (pool, workers):
+                    lost_since, self.watch.workers = None, workers
+                    self._drive(pool, workers)
+            except (_ClusterLostError, InputError) as error:
+                begun = bool(self._over) or isinstance(error, _ClusterLostError)
+                lost_since = lost_since or time.monotonic()
+                if not begun or time.monotonic() - lost_since > WAIT_FOR_CLUSTER:
+                    raise
+                time.sleep(2.0)
+
+    def _add(self, task: Task, missing: list[str]) -> None:
+        self.watch.left[task.kind] += 1
+        if not missing:
+            self._ready.append(task)
+            return
+        self._missing[task.key] = len(missing)
+        for key in missing:
+            self._waiting.setdefault(key, []).append(task)
+
+    def _drive(self, pool: Executor, workers: int) -> None:
+        flying: dict[Future[Any], Task] = {}
+        try:
+            while self._ready or flying:
+                while self._ready and len(flying) < workers and self._fits(pool, flying):
+                    task = self._ready.popleft()
+                    if (known := recall(task, self._store)) is not None:
+                        self._finish(task, known)
+                        self._tick(self.watch)
+                    else:
+                        flying[pool.submit(perform, task, self._store, own_likeness())] = task
+                if not flying:
+                    continue
+                self._tick(self.watch)
+                for future in wait(flying, timeout=1.0, return_when=FIRST_COMPLETED).done:
+                    self._land(future, flying)
+        finally:
+            self._ready.extendleft(reversed(flying.values()))  # lost with the cluster, or interrupted
+
+    def _land(self, future: Future[Any], flying: dict[Future[Any], Task]) -> None:
+        task = flying[future]
+        try:
+            result: Result = future.result()
+        except (CancelledError, Exception) as error:
+            if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in ("KilledWorker", "WorkerCrashedError"):
+                raise _ClusterLostError(f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there") from error
+            del flying[future]
+            self._losses[task.key] += 1
+            if self._losses[task.key] < LOSSES:
+                self._ready.appendleft(task)
+                return
+            result = Result(problem=f"its worker died {LOSSES} times, most likely because the memory was used up; take fewer --workers")
+        else:
+            del flying[future]
+        if result.strange:
+            raise _StrangeWorkerError(result.problem)
+        self._largest = max(self._largest, result.peak_memory)
+        self._finish(task, result)
+
+    def _finish(self, task: Task, result: Result) -> None:
+        self._over[task.key] = Result(problem=result.problem)
+        self.watch.take(task.kind, result.seconds)
+        self._done(task, result)
+        for other in self._waiting.pop(task.key, []):
+            if other.key not in self._missing:  # it has failed already
+                continue
+            if result.problem and task.kind != "video":
+                del self._missing[other.key]
+                self._finish(other, Result(problem=result.problem, trace=result.trace))
+                continue
+            self._missing[other.key] -= 1
+            if not self._missing[other.key]:
+                del self._missing[other.key]
+                self._ready.append(other)
+
+    def _fits(self, pool: Executor, flying: Mapping[Future[Any], Task]) -> bool:
+        """Whether another task may begin within the limit of memory; one at least always runs."""
+        if self._limit is None or not flying:
+            return True
+        if memory_of_family() + self._largest <= self._limit and self._largest:
+            return True
+        if isinstance(pool, SeparateWorkers):
+            pool.rest()
+        return False
+
+
+class _ClusterLostError(A2VError):
+    """All that was out is lost; what was finished is remembered."""
+
+
+class _StrangeWorkerError(A2VError):
+    """A worker would give other results."""
+
+
+@contextlib.contextmanager
+def _open(running: RunOptions) -> Iterator[tuple[Executor, int]]:
+    """Workers, and how many tasks to give them at once."""
+    if running.executor == "local":
+        workers = running.workers or cpu_count()
+        pool = SeparateWorkers(workers)
+        try:
+            yield pool, workers
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+        pool.shutdown()
+        return
+    with open_executor(running.executor, workers=running.workers, address=running.address) as executor:
+        yield executor, _size(executor, running)
+
+
+def _size(executor: Executor, running: RunOptions) -> int:
+    """Tasks that are out at once: one more than a cluster's threads, so that none waits for us."""
+    if running.executor == "serial":
+        return 1
+    client = getattr(executor, "_client", None)
+    threads = sum(client.ncores().values()) if client is not None else running.workers or cpu_count()
+    return int(threads) + 1 + int(threads) // 4

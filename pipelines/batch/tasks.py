@@ -1,0 +1,249 @@
+"""Jobs as tasks for workers: people and motions, which several jobs share, and videos.
+
+A task is a part of the graph for one process. What it gave is remembered as a whole, so that a finished video is recalled by one record and
+not by those of its frames.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import platform
+import re
+import time
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import joblib
+
+from a2v.errors import A2VError, InputError
+from a2v.io import atomic_path, printable
+from a2v.sessions import WEIGHTS, file_digest
+from pipelines.batch.rows import Row
+from pipelines.graph import Graph, Parameters, inputs_of, needed_for, video_graph
+from pipelines.inputs import CharacterStages, LookOptions, MotionOptions, photo_parameters
+from pipelines.memo import plain
+from pipelines.store import File, Ref, Store, digest_of
+
+Kind = Literal["person", "motion", "video"]
+TARGETS: Mapping[Kind, tuple[str, ...]] = {
+    "person": ("character", "body"), "motion": ("motion",), "video": ("video", "clip", "glb", "bvh", "motion"),
+}  # fmt: skip
+"""What each kind of task gives."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A part of the graph for one worker.
+
+    Attributes
+    ----------
+    kind : str
+    key : str
+        Names its result: code and parameters.
+    parameters : dict
+        The inputs of that part of the graph.
+    recorded : bool
+        Whether the motion is a file's.
+    after : tuple of str
+        Keys of the tasks that have to be done before.
+    files : dict
+        Stored contents of the files among `parameters`, by digest, for workers that do not see these files.
+    """
+
+    kind: Kind
+    key: str
+    parameters: Parameters
+    recorded: bool
+    after: tuple[str, ...] = ()
+    files: Mapping[str, Ref[Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """What became of a task: values, or why there are none.
+
+    Attributes
+    ----------
+    values : dict of refs, empty where it failed
+    problem : str
+        One sentence.
+    trace : str
+        Where a defect of ours happened.
+    strange : bool
+        The worker runs other code, weights or packages; the task did not begin.
+    seconds : float
+        Spent on it; 0 where it was recalled.
+    peak_memory : int
+        Bytes.
+    notes : tuple of str
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    problem: str = ""
+    trace: str = ""
+    strange: bool = False
+    seconds: float = 0.0
+    peak_memory: int = 0
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A row with the tasks that it consists of.
+
+    Attributes
+    ----------
+    row : Row
+    name : str
+        Its folder: words of the row and digits of all that was asked for, never more than a plain name.
+    tasks : tuple of Task
+        Person, motion, video; empty where the row has a problem.
+    """
+
+    row: Row
+    name: str
+    tasks: tuple[Task, ...]
+
+
+class Planner:
+    """Makes jobs of rows; what rows share is read and checked once."""
+
+    def __init__(self, store: Store, stages: CharacterStages) -> None:
+        self._store = store
+        self._stages = stages.parameters()
+        self._person = functools.lru_cache(maxsize=None)(self._read_person)
+        self._motion = functools.lru_cache(maxsize=None)(MotionOptions.parameters)
+        self._look = functools.lru_cache(maxsize=None)(self._read_look)
+        self._files: dict[str, Ref[Any]] = {}
+        self._first_of: dict[tuple[str, str], str] = {}
+
+    def job(self, row: Row) -> Job:
+        """The job of a row; its problem, if it has one, takes the place of tasks."""
+        if row.problem:
+            return Job(row, folder_name(row, None), ())
+        try:
+            parameters = self._person(row.photo, row.mask, row.keypoints) | self._motion(row.motion) | self._look(row.look)
+        except InputError as error:
+            return Job(dataclasses.replace(row, problem=str(error)), folder_name(row, None), ())
+        recorded = row.motion.motion is not None
+        person, motion = (self._make(kind, parameters, recorded) for kind in ("person", "motion"))
+        video = self._make("video", parameters, recorded)
+        first = self._first_of.setdefault((person.key, motion.key), video.key)  # its poses and cameras serve the others
+        after = (person.key, motion.key, *([first] if first != video.key else []))
+        return Job(row, folder_name(row, parameters), (person, motion, dataclasses.replace(video, after=after)))
+
+    def _read_person(self, photo: str, mask: str | None, keypoints: str | None) -> Parameters:
+        return photo_parameters(self._store, photo, mask=mask, keypoints=keypoints, **self._stages)
+
+    def _read_look(self, look: LookOptions) -> Parameters:
+        return look.parameters(self._store)
+
+    def _make(self, kind: Kind, parameters: Parameters, recorded: bool) -> Task:
+        own = {name: parameters[name] for name in inputs_of(steps_of(kind, recorded))}
+        files = {value.digest: self._stored(value) for value in own.values() if isinstance(value, File) and self._store.remote}
+        return Task(kind, make_key(kind, own, recorded), own, recorded, files=files)
+
+    def _stored(self, file: File) -> Ref[Any]:
+        from pipelines.inputs import put_file
+
+        if file.digest not in self._files:
+            ref = put_file(self._store, file.path)
+            assert ref is not None
+            self._files[file.digest] = ref
+        return self._files[file.digest]
+
+
+@functools.cache
+def steps_of(kind: Kind, recorded: bool) -> Graph:
+    """The steps of a kind of task."""
+    return needed_for(video_graph(recorded=recorded), TARGETS[kind])
+
+
+@functools.cache
+def _codes(kind: Kind, recorded: bool) -> tuple[str, ...]:
+    return tuple(step.node.code() for step in steps_of(kind, recorded))
+
+
+def make_key(kind: Kind, parameters: Parameters, recorded: bool) -> str:
+    """What names a task's result: its nodes' code and its parameters."""
+    return str(joblib.hash([kind, _codes(kind, recorded), plain(parameters)]))
+
+
+def folder_name(row: Row, parameters: Parameters | None) -> str:
+    """A plain name for a job's folder: words for people, and digits that only equal jobs share."""
+    words = [row.name] if row.name else [Path(row.photo).stem, row.motion.action or Path(row.motion.motion or "").stem]
+    text = re.sub(r"[^A-Za-z0-9]+", "-", "-".join(words)).strip("-")[:60] or "job"
+    what = plain(dataclasses.replace(row, number=0, problem="") if parameters is None else parameters)
+    return f"{text}-{digest_of(repr(what).encode())[:10]}"
+
+
+# --- in the worker
+
+
+def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
+    """Do a task in this process; whatever goes wrong is told in the result, so that an exception always means a lost worker.
+
+    Parameters
+    ----------
+    likeness : of the process that asks (`own_likeness`)
+    """
+    from pipelines.run import run
+
+    begun = time.perf_counter()
+    try:
+        if other := [name for name, digest in likeness.items() if own_likeness().get(name) != digest]:
+            text = f"worker {platform.node() or 'without a name'} does not run what this machine runs: {', '.join(other[:4])}"
+            return Result(problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there", strange=True)
+        if (known := recall(task, store)) is not None:
+            return known
+        given = {name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()}
+        outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
+        seconds = time.perf_counter() - begun
+        values = {name: outcome.values[name] for name in TARGETS[task.kind]}
+        store.remember(f"task_{task.kind}", task.key, tuple(values.values()), {"seconds": seconds, "notes": list(outcome.notes)})
+        return Result(values=values, seconds=seconds, peak_memory=outcome.peak_memory, notes=outcome.notes)
+    except A2VError as error:
+        return Result(problem=printable(str(error)), seconds=time.perf_counter() - begun)
+    except MemoryError:
+        return Result(problem="the memory was used up; take a smaller --size or fewer --workers", seconds=time.perf_counter() - begun)
+    except Exception as error:
+        text = f"a defect of a2v: {type(error).__name__}: {error}"
+        return Result(problem=printable(text[:500]), trace=traceback.format_exc(), seconds=time.perf_counter() - begun)
+
+
+def recall(task: Task, store: Store) -> Result | None:
+    """The remembered result of a task."""
+    known = store.recall(f"task_{task.kind}", task.key)
+    if known is None or not isinstance(known[0], tuple) or len(known[0]) != len(TARGETS[task.kind]):
+        return None
+    return Result(values=dict(zip(TARGETS[task.kind], known[0], strict=True)), notes=tuple(known[1].get("notes") or ()))
+
+
+@functools.cache
+def own_likeness() -> Mapping[str, str]:
+    """What decides results besides parameters: code of the nodes, shipped weights, versions of packages; digests by what they are of."""
+    from pipelines.report import versions
+
+    steps = {step.node.name: step.node for recorded in (False, True) for step in video_graph(recorded=recorded)}
+    found = {f"the code of {name}": node.code() for name, node in steps.items()}
+    found |= {f"the weights {path.name}": file_digest(path) for path in sorted(WEIGHTS.glob("*.onnx"))}
+    return found | {f"the version of {name}": version for name, version in versions().items() if name not in ("commit", "a2v")}
+
+
+def _here(file: File, task: Task, store: Store) -> File:
+    """A file as this machine has it: where it was, among the shipped weights, or out of the store."""
+    from pipelines.nodes.values import Blob
+
+    for path in (Path(file.path), WEIGHTS / Path(file.path).name):
+        if path.is_file() and File.of(path) == file:
+            return File(str(path), file.digest)
+    if file.digest not in task.files:
+        raise InputError(f"{file.path} has changed or is gone; start the batch again")
+    path = store.folder / "files" / f"{file.digest}{Path(file.path).suffix}"
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(bytes(store.get(task.files[file.digest], Blob)))
+    return File(str(path), file.digest)

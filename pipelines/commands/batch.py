@@ -1,0 +1,128 @@
+"""``a2v batch``: thousands of videos out of a table of jobs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipelines.batch.results import is_over, write_job, write_tables
+from pipelines.batch.rows import read_rows
+from pipelines.batch.schedule import Schedule, Watch
+from pipelines.batch.tasks import Job, Planner, Result, Task
+from pipelines.commands.cache import parse_size
+from pipelines.graph import video_graph
+from pipelines.inputs import LookOptions, MotionOptions, MovingStages, RunOptions, check_writable
+from pipelines.options import flag, group, option
+from pipelines.progress import Lasting
+from pipelines.store import Store
+
+HELP = "Make the videos of a table of jobs, each person and each motion once, on as many workers as there are."
+EXAMPLES = """examples:
+  a2v batch jobs.csv --out out                               photo,action,seed a line; the first line names the columns
+  a2v batch jobs.yaml --out out --frames 90 --views front    what a row leaves open is as it is given here
+  a2v batch jobs.csv --out out --retry-failed                those that failed before once more
+  a2v batch jobs.csv --out out --workers 8 --limit-memory 12GB
+  a2v batch jobs.csv --out out --cache s3://bucket/a2v --executor dask --address tcp://scheduler:8786
+
+  jobs.csv:                        jobs.yaml:
+    photo,action,seed                - {photo: anna.jpg, action: Walk, seed: 4}
+    anna.jpg,Walk,4                  - {photo: ben.jpg, action: "Walk,Jump", views: front, frames: 120}
+    ben.jpg,"Walk,Jump",
+
+Columns are name and the options of a2v video that this help shows. The folder gets one folder a job (what a2v video writes, and
+job.json), results.csv and index.html. A job that fails stops no other. The same command again does what is left."""
+
+TABLES_EVERY = 30.0
+"""Seconds between two writings of the tables, at least."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    jobs: str = option("CSV or YAML file of jobs", names=("jobs",), metavar="FILE")
+    out: str = option("folder for the results")
+    motion: MotionOptions = group(MotionOptions)
+    look: LookOptions = group(LookOptions)
+    retry_failed: bool = flag("do again what has failed before")
+    limit_memory: str | None = option("begin no job beyond this much memory of all processes, such as 8GB", default=None, metavar="SIZE")
+    stages: MovingStages = group(MovingStages)
+    running: RunOptions = group(RunOptions)
+
+
+def run(options: Options) -> int:
+    """Do the jobs that are left; print the page's path last."""
+    limit = parse_size(options.limit_memory) if options.limit_memory else None
+    rows = read_rows(options.jobs, options.motion, options.look)
+    out, store = check_writable(options.out), _store(options.running.cache)
+    store.prepare()
+    planner = Planner(store, options.stages)
+    jobs = {job.name: job for job in map(planner.job, rows)}
+    left = {job.name: job for job in jobs.values() if not is_over(out, job, retry_failed=options.retry_failed)}
+    with Lasting("videos", len(left), quiet=options.running.quiet) as shown:
+        book = _Book(out, store, left.values(), shown)
+        for job in left.values():
+            if not job.tasks:
+                book.close(job, Result(problem=job.row.problem))
+        schedule = Schedule(store, options.running, limit=limit, done=book.done, tick=book.tick)
+        try:
+            schedule.run(_in_order(left.values()))
+        finally:
+            counts = write_tables(out)
+    print(
+        f"{len(rows)} jobs: {len(jobs) - len(left)} over before, {book.made} made, {book.failed} failed now; "
+        f"{out} holds {counts['done']} videos and {counts['failed']} failures",
+        file=sys.stderr,
+    )
+    print(out / "index.html")
+    return 0
+
+
+def _store(cache: str | None) -> Store:
+    """The store; frames and what is made a frame stay with the worker when others are reached by an object store only."""
+    store = Store(cache)
+    if store.remote is None:
+        return store
+    return Store(store.address, private=[step.node.name for step in video_graph() if "t" in step.axes])
+
+
+def _in_order(jobs: Iterable[Job]) -> list[Task]:
+    """People, then motions, then videos, each once."""
+    given = [job.tasks for job in jobs if job.tasks]
+    return [tasks[place] for place in range(3) for tasks in given]
+
+
+class _Book:
+    """Writes down what becomes of jobs, while they are done."""
+
+    def __init__(self, out: Path, store: Store, jobs: Iterable[Job], shown: Lasting) -> None:
+        self._out, self._store, self._shown = out, store, shown
+        self._jobs: dict[str, list[Job]] = {}
+        for job in jobs:
+            if job.tasks:
+                self._jobs.setdefault(job.tasks[-1].key, []).append(job)
+        self.made = self.failed = 0
+        self._next = time.monotonic() + TABLES_EVERY
+
+    def done(self, task: Task, result: Result) -> None:
+        """Take in a task's result."""
+        for job in self._jobs.pop(task.key, []):
+            self.close(job, result)
+
+    def close(self, job: Job, result: Result) -> None:
+        """Write a job's files and record."""
+        write_job(self._out, job, result, self._store)
+        self.made, self.failed = self.made + (not result.problem), self.failed + bool(result.problem)
+        if result.problem:
+            self._shown.say(f"{job.name}: {result.problem}")
+
+    def tick(self, watch: Watch) -> None:
+        """Show how far it is; write the tables now and then."""
+        self._shown.update(self.made + self.failed, watch.remaining(), f"{watch.left['person']} people, {watch.left['motion']} motions left")
+        if time.monotonic() > self._next:
+            begun = time.monotonic()
+            write_tables(self._out)
+            self._next = time.monotonic() + max(TABLES_EVERY, 100 * (time.monotonic() - begun))

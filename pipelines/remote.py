@@ -7,6 +7,7 @@ key only when it is complete.
 from __future__ import annotations
 
 import functools
+import importlib.util
 import os
 import time
 import uuid
@@ -24,7 +25,9 @@ FIRST_WAIT = 0.1
 MAX_OBJECT_BYTES = 4 << 30
 _RENAMING = {"file", "local", "memory", "sftp", "ssh"}
 """Protocols where a file grows under its name while it is written; the others make an object at once."""
-_EXTRAS = {"s3": "s3", "s3a": "s3", "gs": "gcs", "gcs": "gcs", "ssh": "ssh", "sftp": "ssh"}
+_OBJECT_STORES = ("s3", "gs", "abfs")
+"""Protocols for which obstore is taken, where it is installed; fsspec's other plug-ins (s3fs, gcsfs...) do as well."""
+_EXTRAS = {"s3": "objects", "gs": "objects", "gcs": "objects", "abfs": "objects", "ssh": "ssh", "sftp": "ssh"}
 _LASTING = (PermissionError, NotADirectoryError, IsADirectoryError)
 
 
@@ -52,7 +55,13 @@ class Remote:
 
         protocol = self.url.partition("://")[0]
         try:
-            files, root = fsspec.core.url_to_fs(self.url, use_listings_cache=False)
+            if protocol in _OBJECT_STORES and importlib.util.find_spec("obstore"):
+                from obstore.fsspec import register
+
+                register(protocol)
+                files, root = fsspec.core.url_to_fs(self.url)
+            else:
+                files, root = fsspec.core.url_to_fs(self.url, use_listings_cache=False)
         except ImportError as error:
             extra = _EXTRAS.get(protocol)
             hint = f"pip install 'a2v[{extra}]'" if extra else shorten(error, 120)

@@ -6,8 +6,10 @@ not by those of its frames.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
+import io
 import platform
 import re
 import time
@@ -201,7 +203,8 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         if (known := recall(task, store)) is not None:
             return known
         given = {name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()}
-        outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
+        with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
+            outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
         seconds = time.perf_counter() - begun
         values = {name: outcome.values[name] for name in TARGETS[task.kind]}
         store.remember(f"task_{task.kind}", task.key, tuple(values.values()), {"seconds": seconds, "notes": list(outcome.notes)})

@@ -1,0 +1,82 @@
+"""Files of jobs: what they may say and what of a hostile one reaches nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from a2v.errors import InputError
+from pipelines.batch import rows
+from pipelines.batch.rows import Row, read_rows
+from pipelines.batch.tasks import folder_name
+from pipelines.inputs import LookOptions, MotionOptions
+
+
+def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]:
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_rows(path, MotionOptions(frames=8, seed=5), LookOptions(size=64))
+
+
+def test_csv_and_yaml_say_the_same(tmp_path):
+    table = read(tmp_path, b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n')
+    listed = read(
+        tmp_path,
+        "- {photo: me.jpg, action: [Walk, ' Jump'], seed: 3, render-seed: 7, fps: 12.5, denoise: false}\n- {photo: you.jpg, action: Run}\n",
+        "jobs.yaml",
+    )
+    assert table == listed
+    assert table[0].photo == str(tmp_path / "me.jpg")
+    assert (table[0].motion.seed, table[0].look.render_seed, table[0].motion.fps, table[0].look.denoise) == (3, 7, 12.5, False)
+    assert (table[1].motion.seed, table[1].motion.frames, table[1].look.size) == (5, 8, 64)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "empty"),
+        ("photo,action\n", "names no jobs"),
+        ("photo,acton\na,b\n", "unknown column 'acton'"),
+        ("photo,photo\na,b\n", "twice"),
+        ("photo,action\na,b,c\n", "more cells"),
+        ('photo,action\n"a,b', "CSV"),
+        (b"photo,action\n\xff\xfe,b\n", "UTF-8"),
+        ("photo,out\na,../../etc\n", "unknown column 'out'"),
+    ],
+)
+def test_a_table_that_is_none_is_told_in_one_line(tmp_path, text, words):
+    with pytest.raises(InputError, match=words) as caught:
+        read(tmp_path, text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["photo: x", "- 3", "- [a", "!!python/object/apply:os.system [true]", "&a [*a, *a]", "- {photo: 2001-01-01}\n- x"])
+def test_yaml_is_read_without_running_anything(tmp_path, text):
+    with pytest.raises(InputError):
+        read(tmp_path, text, "jobs.yml")
+
+
+def test_many_rows_are_too_many(tmp_path, monkeypatch):
+    monkeypatch.setattr(rows, "MAX_ROWS", 3)
+    with pytest.raises(InputError, match="more than 3"):
+        read(tmp_path, "photo,action\n" + "a,b\n" * 4)
+
+
+@pytest.mark.parametrize("cell", ["seed\nx1", "frames\n1e3", "denoise\nmaybe", "fps\nnan", "seed\n" + "9" * 400, "mask\nx" + "y" * 5000])
+def test_a_bad_cell_is_the_problem_of_its_row(tmp_path, cell):
+    name, _, value = cell.partition("\n")
+    found = read(tmp_path, f"photo,{name}\nme.jpg,{value}\nme.jpg,\n")
+    assert name in found[0].problem
+    assert not found[1].problem
+    assert "no photo" in read(tmp_path, "photo,action\n,Walk\n")[0].problem
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "..", "/root", "a/b\\c", ".", "~", "‮gpj", "x" * 500, "CON", "a\nb"])
+def test_names_of_folders_are_ours(name):
+    row = Row(number=1, name=name, photo="../me.jpg", motion=MotionOptions(action="../Walk"), look=LookOptions())
+    found = folder_name(row, None)
+    assert Path(found).name == found
+    assert found.replace("-", "").isalnum()
+    assert found.isascii()
+    assert len(found) < 80

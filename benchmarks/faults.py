@@ -1,0 +1,300 @@
+"""A batch while things break: workers killed, requests of the object store failing, the scheduler restarted, a photo damaged.
+
+    python -m benchmarks.faults --jobs 200 --kill-every 20 --moto ENVIRONMENT/bin/python
+    python -m benchmarks.faults --single-kills 100
+    python -m benchmarks.faults --memory 1000
+
+The first compares every file with those of an undisturbed run; the second kills single runs at random moments of their whole length and
+compares what they give in the end; the third follows the memory of driver and worker over many remembered jobs. An S3 server is started with a
+Python that has ``moto[s3,server]``; without one the object store is a folder whose requests do not fail.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from a2v.io import sha256
+from a2v.sessions import WEIGHTS
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
+ACTIONS = ("Walk", "Jump", "Run", "Dance")
+SERVER = """
+import random, sys
+from moto.server import DomainDispatcherApplication, create_backend_app
+from werkzeug.serving import run_simple
+application, chance, draw = DomainDispatcherApplication(create_backend_app), float(sys.argv[2]), random.Random(0)
+counts = [0, 0]
+def failing(environment, start):
+    counts[0] += 1
+    if draw.random() < chance:
+        counts[1] += 1
+        start("503 Slow Down", [("Content-Length", "0")])
+        return [b""]
+    return application(environment, start)
+run_simple("127.0.0.1", int(sys.argv[1]), failing, threaded=True)
+"""
+DASK = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
+QUIET: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+
+
+def free_port() -> int:
+    """A port that nobody listens at."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def write_jobs(folder: Path, count: int, people: int) -> Path:
+    """A table of `count` jobs of `people` people (the sample, brighter by steps), the last of a damaged photo."""
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(people):
+        Image.open(SAMPLE).point(lambda value, more=2 * number: min(value + more, 255)).save(folder / f"p{number}.png")
+    (folder / "poisoned.png").write_bytes((folder / "p0.png").read_bytes()[:9000])
+    rows = [f"p{n % people}.png,{ACTIONS[n % len(ACTIONS)]},{n}" for n in range(count - 1)] + ["poisoned.png,Walk,0"]
+    (folder / "jobs.csv").write_text("\n".join(["photo,action,seed", *rows, ""]))
+    return folder / "jobs.csv"
+
+
+def batch_command(given: argparse.Namespace, jobs: Path, out: Path, *more: str) -> list[str]:
+    """The command line of a batch."""
+    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1]
+    return [sys.executable, "-m", "pipelines", "batch", str(jobs), "--out", str(out), *map(str, small), *more]
+
+
+def digests(out: Path) -> dict[str, str]:
+    """SHA-256 of every result by its path."""
+    names = ("video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "thumbnail.jpg")
+    return {str(path.relative_to(out)): sha256(path) for path in sorted(out.glob("*/*")) if path.name in names}
+
+
+class Cluster:
+    """A scheduler and workers, each with a folder of its own; what dies is started again, as a cluster's manager does.
+
+    Parameters
+    ----------
+    folder : for the workers' folders
+    environment : of the processes
+    workers : how many
+    """
+
+    def __init__(self, folder: Path, environment: dict[str, str], workers: int) -> None:
+        self.address = f"tcp://127.0.0.1:{free_port()}"
+        self._folder, self._environment = folder, environment
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._names = ["scheduler", *(f"w{number}" for number in range(workers))]
+        self._stop = threading.Event()
+        self.restarts = 0
+        threading.Thread(target=self._keep, daemon=True).start()
+
+    def _keep(self) -> None:
+        while not self._stop.wait(0.5):
+            for name in self._names:
+                if name not in self._running or self._running[name].poll() is not None:
+                    self.restarts += name in self._running
+                    self._running[name] = self._start(name)
+
+    def _start(self, name: str) -> subprocess.Popen[bytes]:
+        folder = self._folder / name
+        folder.mkdir(parents=True, exist_ok=True)
+        words = ["--host", self.address, "--no-dashboard", "--no-show"]
+        if name != "scheduler":
+            words = [self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", f"{name}-{time.time()}"]
+        code = DASK.format("dask_scheduler" if name == "scheduler" else "dask_worker")
+        environment = {**self._environment, "A2V_CACHE": str(folder / "cache"), "OMP_NUM_THREADS": "1"}
+        return subprocess.Popen([sys.executable, "-c", code, *words], cwd=folder, env=environment, **QUIET)
+
+    def kill(self, name: str) -> None:
+        """Kill one as if its machine had lost power."""
+        with contextlib.suppress(KeyError):
+            self._running[name].kill()
+
+    def close(self) -> None:
+        """End all."""
+        self._stop.set()
+        time.sleep(0.6)
+        for process in self._running.values():
+            process.kill()
+            process.wait()
+
+
+@contextlib.contextmanager
+def object_store(folder: Path, moto: str | None, chance: float) -> Iterator[tuple[str, dict[str, str]]]:
+    """URL of an object store and the environment that reaches it; an S3 server that fails `chance` of all requests, or a folder."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    if moto is None:
+        yield f"file://{folder}/objects", environment
+        return
+    port = free_port()
+    server = subprocess.Popen([moto, "-c", SERVER, str(port), str(chance)], **QUIET)
+    environment |= {
+        "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ALLOW_HTTP": "true", "AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y",
+        "AWS_REGION": "us-east-1",
+    }  # fmt: skip
+    try:
+        for _ in range(200):
+            with contextlib.suppress(OSError):
+                urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"), timeout=5).close()
+                break
+            time.sleep(0.2)
+        yield "s3://bucket/a2v", environment
+    finally:
+        server.kill()
+        server.wait()
+
+
+def disturbed(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    """Run a batch undisturbed and disturbed on the same kind of cluster; compare the files."""
+    jobs = write_jobs(folder / "jobs", given.jobs, given.people)
+    seconds, killed = {}, 0
+    for name in ("calm", "disturbed"):
+        rough = name == "disturbed"
+        with object_store(folder / name, given.moto, given.failing if rough else 0.0) as (url, environment):
+            cluster = Cluster(folder / name, environment, given.workers)
+            begun = time.monotonic()
+            driver = {**environment, "A2V_CACHE": str(folder / name / "driver")}
+            more = ("--executor", "dask", "--address", cluster.address, "--cache", url)
+            time.sleep(8.0)  # the scheduler is there
+            process = subprocess.Popen(batch_command(given, jobs, folder / name / "out", *more), cwd=ROOT, env=driver)
+            draw, restarted, last = random.Random(1), False, time.monotonic()
+            while process.poll() is None:
+                time.sleep(0.5)
+                if rough and time.monotonic() - last > given.kill_every:
+                    last, killed = time.monotonic(), killed + 1
+                    cluster.kill(f"w{draw.randrange(given.workers)}")
+                if rough and not restarted and len(list((folder / name / "out").glob("*/job.json"))) > given.jobs // 3:
+                    restarted = True
+                    cluster.kill("scheduler")
+            seconds[name] = time.monotonic() - begun
+            cluster.close()
+            if process.returncode:
+                raise SystemExit(f"the {name} batch ended with {process.returncode}")
+    calm, rough_files = digests(folder / "calm" / "out"), digests(folder / "disturbed" / "out")
+    equal = sum(rough_files.get(path) == digest for path, digest in calm.items())
+    videos = sum(path.endswith("video.mp4") for path in calm)
+    return {
+        "jobs": given.jobs, "people": given.people, "frames": given.frames, "size": given.size, "workers": given.workers,
+        "s3": given.moto is not None, "failing requests": given.failing if given.moto else 0.0, "workers killed": killed,
+        "videos": videos, "files": len(calm), "files equal": equal, "files of one run only": len(set(calm) ^ set(rough_files)),
+        "seconds undisturbed": round(seconds["calm"], 1), "seconds disturbed": round(seconds["disturbed"], 1),
+    }  # fmt: skip
+
+
+def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    """Kill a run at random moments, go on, and compare what it gives with a run that nobody disturbed."""
+    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1, "--workers", 1, "--quiet"]
+
+    def start(store: Path, out: Path) -> subprocess.Popen[bytes]:
+        words = ["--photo", SAMPLE, "--action", "Walk", "--out", out, "--cache", store, *small]
+        return subprocess.Popen([sys.executable, "-m", "pipelines", "video", *map(str, words)], cwd=ROOT, start_new_session=True, **QUIET)
+
+    begun = time.monotonic()
+    assert start(folder / "store", folder / "out").wait() == 0
+    length, draw = time.monotonic() - begun, random.Random(2)
+    truth = {path.name: sha256(path) for path in (folder / "out").iterdir() if path.name != "report.json"}
+    kills, finished, different, number = 0, 0, 0, 0
+    while kills < given.single_kills:
+        number += 1
+        store, out = folder / f"store{number}", folder / f"out{number}"
+        while True:
+            process = start(store, out)
+            moment = draw.uniform(0, length) if kills < given.single_kills else 1e9
+            try:
+                code = process.wait(moment)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+                kills += 1
+                continue
+            assert code == 0
+            break
+        finished += 1
+        different += {path.name: sha256(path) for path in out.iterdir() if path.name != "report.json"} != truth
+    return {"kills": kills, "runs finished": finished, "runs that differ": different, "seconds of one run": round(length, 1)}
+
+
+def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    """Resident memory of a process that writes many remembered jobs and of one that recalls their graphs, every tenth of them."""
+    from pipelines.batch.results import write_job
+    from pipelines.batch.rows import Row
+    from pipelines.batch.tasks import Planner, perform, recall, steps_of
+    from pipelines.inputs import LookOptions, MotionOptions, MovingStages
+    from pipelines.store import Store
+
+    store = Store(folder / "store")
+    planner = Planner(store, MovingStages())
+    look, motion = LookOptions(views="front", size=given.size, spp=1), MotionOptions(action="Walk", frames=given.frames)
+    first = planner.job(Row(number=0, photo=str(SAMPLE), motion=motion, look=look))
+    for task in first.tasks:
+        if problem := perform(task, store, {}).problem:
+            raise SystemExit(problem)
+    assert steps_of("video", False)
+    sizes: dict[str, list[int]] = {"driver": [], "worker": []}
+    seconds: dict[str, float] = {}
+    for who in sizes:
+        begun = time.perf_counter()
+        for number in range(given.memory):
+            if who == "driver":
+                job = planner.job(Row(number=number, name=f"n{number % 20}", photo=str(SAMPLE), motion=motion, look=look))
+                result = recall(job.tasks[-1], store)
+                assert result is not None
+                write_job(folder / "out", job, result, store)
+            else:
+                for path in (store.folder / "calls" / "task_video").rglob("*.json"):
+                    path.unlink()
+                assert not perform(first.tasks[-1], store, {}).problem
+            if number % max(given.memory // 10, 1) == 0:
+                sizes[who].append(_resident())
+        seconds[who] = time.perf_counter() - begun
+    return {
+        "jobs": given.memory, "frames": given.frames, "size": given.size,
+        **{f"{who} MB": [round(size / 1e6, 1) for size in sizes[who]] for who in sizes},
+        **{f"{who} jobs a second": round(given.memory / seconds[who], 1) for who in sizes},
+    }  # fmt: skip
+
+
+def _resident() -> int:
+    import psutil
+
+    return int(psutil.Process().memory_info().rss)
+
+
+def main() -> None:
+    """Run what is asked for and print it as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--jobs", type=int, default=0)
+    parser.add_argument("--people", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=4)
+    parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--size", type=int, default=128)
+    parser.add_argument("--kill-every", type=float, default=20.0)
+    parser.add_argument("--failing", type=float, default=0.05)
+    parser.add_argument("--moto", help="a Python that has moto[s3,server]")
+    parser.add_argument("--single-kills", type=int, default=0)
+    parser.add_argument("--memory", type=int, default=0)
+    parser.add_argument("--folder", type=Path, required=True)
+    given = parser.parse_args()
+    parts = {"batch": (given.jobs, disturbed), "single": (given.single_kills, single_kills), "memory": (given.memory, memory)}
+    for name, (asked, part) in parts.items():
+        if asked:
+            print(json.dumps({name: part(given, given.folder / name)}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,172 @@
+"""What many videos cost: a small batch measured here, and a simulation of the scheduler on its times.
+
+    python -m benchmarks.scale --folder out/scale --people 2 --actions 3 --frames 8 --size 128
+    python -m benchmarks.scale --simulate
+
+The first makes a batch on one worker with every request to the object store counted, then again on `--workers` with an empty store, and compares
+the second with its simulation. The second simulates a thousand people with ten actions each from `DEFAULTS`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import json
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Of a task of each kind (person, motion, video).
+
+    Attributes
+    ----------
+    seconds : of one worker with one core
+    requests : to the object store
+    megabytes : sent to the object store
+    driver : seconds of the driver for a finished video
+    latency : seconds of one request
+    """
+
+    seconds: tuple[float, float, float]
+    requests: tuple[int, int, int]
+    megabytes: tuple[float, float, float]
+    driver: float
+    latency: float
+
+
+DEFAULTS = Costs(seconds=(35.0, 0.6, 195.0), requests=(31, 6, 30), megabytes=(13.0, 0.05, 5.0), driver=0.06, latency=0.03)
+"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md; requests and bytes as measured by this script."""
+
+
+def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:
+    """Hours of a batch in the order in which `pipelines.batch` does it: people, motions (one an action), videos that wait for both."""
+    lasting = [second + requests * costs.latency for second, requests in zip(costs.seconds, costs.requests, strict=True)]
+    free = [0.0] * workers
+    heapq.heapify(free)
+    driver = 0.0
+
+    def place(ready: float, kind: int) -> float:
+        begun = max(heapq.heappop(free), ready)
+        heapq.heappush(free, begun + lasting[kind])
+        return begun + lasting[kind]
+
+    person = [place(0.0, 0) for _ in range(people)]
+    motion = [place(0.0, 1) for _ in range(actions)]
+    ends = sorted(place(max(person[p], motion[a]), 2) for p in range(people) for a in range(actions))
+    for end in ends:
+        driver = max(driver, end) + costs.driver
+    counts = (people, actions, people * actions)
+    total = max(driver, ends[-1])
+    return {
+        "workers": workers, "hours": round(total / 3600, 2),
+        "efficiency": round(sum(n * s for n, s in zip(counts, costs.seconds, strict=True)) / (total * workers), 3),
+        "requests": sum(n * r for n, r in zip(counts, costs.requests, strict=True)),
+        "requests a second": round(sum(n * r for n, r in zip(counts, costs.requests, strict=True)) / total, 2),
+        "GB sent": round(sum(n * m for n, m in zip(counts, costs.megabytes, strict=True)) / 1e3, 1),
+        "driver busy": round(counts[2] * costs.driver / total, 4),
+    }  # fmt: skip
+
+
+def measure(given: argparse.Namespace) -> dict[str, Any]:
+    """Make a batch one by one, count its requests, and again on several workers; compare with the simulation."""
+    from benchmarks.faults import ACTIONS, write_jobs
+    from pipelines.batch.results import write_job
+    from pipelines.batch.rows import read_rows
+    from pipelines.batch.schedule import Schedule
+    from pipelines.batch.tasks import Job, Planner, Result, Task
+    from pipelines.graph import video_graph
+    from pipelines.inputs import LookOptions, MotionOptions, MovingStages, RunOptions
+    from pipelines.remote import Remote
+    from pipelines.store import Store
+
+    photos = write_jobs(given.folder, 2, given.people).parent
+    rows = [f"p{p}.png,{ACTIONS[a]}" for p in range(given.people) for a in range(given.actions)]
+    (photos / "jobs.csv").write_text("\n".join(["photo,action", *rows, ""]))
+    read = read_rows(photos / "jobs.csv", MotionOptions(frames=given.frames), LookOptions(views="front", size=given.size, spp=1))
+    requests: Counter[str] = Counter()
+    sent: Counter[str] = Counter()
+    now = ["person"]
+    for name in ("exists", "fetch", "put"):
+        _count(Remote, name, requests, sent, now)
+
+    def go(name: str, executor: str, workers: int) -> tuple[float, dict[str, list[float]], float]:
+        private = [step.node.name for step in video_graph() if "t" in step.axes]
+        store = Store(f"file://{given.folder.absolute()}/objects-{name}", private)
+        planner = Planner(store, MovingStages())
+        jobs: dict[str, Job] = {job.tasks[-1].key: job for job in map(planner.job, read)}
+        spent: dict[str, list[float]] = {"person": [], "motion": [], "video": []}
+        writing = [0.0]
+
+        def done(task: Task, result: Result) -> None:
+            assert not result.problem, result.problem
+            spent[task.kind].append(result.seconds)
+            now[0] = {"person": "motion", "motion": "video"}.get(task.kind, "video") if not left[task.kind] else task.kind
+            if task.kind == "video":
+                begun = time.perf_counter()
+                write_job(given.folder / f"out-{name}", jobs[task.key], result, store)
+                writing[0] += time.perf_counter() - begun
+
+        order = {task.key: task for place in range(3) for job in jobs.values() for task in [job.tasks[place]]}
+        left = Counter(task.kind for task in order.values())
+
+        def counted(task: Task, result: Result) -> None:
+            left[task.kind] -= 1
+            done(task, result)
+
+        plan = Schedule(store, RunOptions(executor=executor, workers=workers), limit=None, done=counted, tick=lambda watch: None)  # type: ignore[arg-type]
+        begun = time.perf_counter()
+        plan.run(order.values())
+        return time.perf_counter() - begun, spent, writing[0] / len(jobs)
+
+    counts = {"person": given.people, "motion": given.actions, "video": len(rows)}
+    alone, spent, driver = go("alone", "serial", 1)
+    per_kind = {kind: (round(requests[kind] / counts[kind]), round(sent[kind] / counts[kind] / 1e6, 3)) for kind in counts}
+    wall, together, _ = go("together", "local", given.workers)
+    mean = tuple(sum(together[kind]) / counts[kind] for kind in counts)
+    costs = Costs(mean, (0, 0, 0), (0, 0, 0), driver, 0.0)
+    foretold = simulate(given.people, given.actions, given.workers, costs)["hours"] * 3600
+    return {
+        "people": given.people, "actions": given.actions, "frames": given.frames, "size": given.size,
+        "seconds alone": {kind: [round(value, 2) for value in values] for kind, values in spent.items()}, "wall alone": round(alone, 1),
+        "requests and MB sent each": per_kind, "driver seconds a video": round(driver, 3),
+        "workers": given.workers, "wall": round(wall, 1), "wall as simulated": round(foretold, 1),
+    }  # fmt: skip
+
+
+def _count(kind: type, name: str, requests: Counter[str], sent: Counter[str], now: list[str]) -> None:
+    real = getattr(kind, name)
+
+    def counted(self: Any, key: str, *data: bytes) -> Any:
+        requests[now[0]] += 1
+        sent[now[0]] += sum(map(len, data))
+        return real(self, key, *data)
+
+    setattr(kind, name, counted)
+
+
+def main() -> None:
+    """Measure or simulate; prints JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path)
+    parser.add_argument("--people", type=int, default=2)
+    parser.add_argument("--actions", type=int, default=3)
+    parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--size", type=int, default=128)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--simulate", action="store_true")
+    given = parser.parse_args()
+    if given.simulate:
+        for workers in (1, 10, 100, 1000, 4000):
+            print(json.dumps(simulate(1000, 10, workers, DEFAULTS)))
+    if given.folder:
+        given.folder.mkdir(parents=True, exist_ok=True)
+        print(json.dumps(measure(given), indent=1))
+
+
+if __name__ == "__main__":
+    main()

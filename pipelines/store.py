@@ -17,7 +17,6 @@ import hashlib
 import io
 import json
 import os
-import stat
 import time
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -30,6 +29,7 @@ from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes, user_cache_folder
 from a2v.record import Record
 from pipelines.remote import Remote, is_remote
+from pipelines.trust import is_shared, others_who_write
 
 T = TypeVar("T")
 R = TypeVar("R", bound=Record)
@@ -132,8 +132,8 @@ class Store:
             The folder, or one in it, belongs to another user or can be written by others.
         """
         with contextlib.suppress(OSError):  # whoever writes first says why it cannot be
-            self.folder.mkdir(mode=0o777 if _shared() else 0o700, parents=True)
-        if _shared() or not hasattr(os, "getuid"):
+            self.folder.mkdir(mode=0o777 if is_shared() else 0o700, parents=True)
+        if is_shared() or not hasattr(os, "getuid"):
             return
         for part in (self.folder, self.folder / "objects", self.folder / "calls"):
             with contextlib.suppress(OSError):  # not there yet, or not ours to look at
@@ -300,36 +300,6 @@ class Store:
             for entry in (self.folder / "calls").rglob("*.json"):
                 entry.unlink(missing_ok=True)
         return removed
-
-
-def others_who_write(folder: Path) -> str:
-    """Who besides this user and root may change the files of `folder`, as the end of a sentence; empty where nobody may."""
-    facts = folder.stat()
-    if facts.st_uid not in (os.getuid(), 0):
-        return f"belongs to another user (number {facts.st_uid})"
-    if facts.st_mode & stat.S_IWOTH:
-        return "can be written by every user"
-    if facts.st_mode & stat.S_IWGRP and not _own_group(facts.st_gid):
-        return f"can be written by a group (number {facts.st_gid})"
-    return ""
-
-
-def _own_group(number: int) -> bool:
-    """Whether a group is root's, or the private one that many systems give each user."""
-    import grp
-    import pwd
-
-    if number == 0 or number != os.getgid():
-        return number == 0
-    try:
-        group, user = grp.getgrgid(number), pwd.getpwuid(os.getuid()).pw_name
-    except KeyError:  # a number without a name, as in containers
-        return True
-    return group.gr_name == user and set(group.gr_mem) <= {user}
-
-
-def _shared() -> bool:
-    return os.environ.get("A2V_SHARED_STORE") == "1"
 
 
 def default_folder() -> Path:

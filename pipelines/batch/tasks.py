@@ -202,7 +202,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
             return Result(problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there", strange=True)
         if (known := recall(task, store)) is not None:
             return known
-        given: Parameters = {name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()}
+        given: dict[str, Any] = {name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()}
         with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
             outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
         seconds = time.perf_counter() - begun

@@ -10,22 +10,31 @@ from typing import Any
 import numpy as np
 
 from a2v.io import atomic_path, read_npz
-from a2v.types import Motion
-from pipelines.nodes.values import Blob, Image
+from a2v.types import Character, Motion
+from pipelines.nodes.values import Blob, Image, Poses
+from pipelines.rigs import RigOptions, write_rigged
 from pipelines.run import Outcome
 from pipelines.store import Ref
 
 _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "bvh": "motion.bvh"}
 
 
-def write_results(outcome: Outcome, folder: Path, views: Sequence[str]) -> list[Path]:
-    """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first."""
+def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions) -> list[Path]:
+    """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
+
+    Character and motion are those of the run where `rig` is plain, else made of its `character` and `poses`.
+    """
     from a2v.rendering import write_page
 
     written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
     written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
-    written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     motion = outcome.get("motion", Motion)
+    if rig.plain:
+        written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
+    else:
+        poses = outcome.get("poses", Poses)
+        clip = (poses.bone_transforms, poses.fps)
+        written += write_rigged(folder, outcome.get("character", Character), clip, rig, name=motion.action or "motion")
     motion.save(folder / "motion.npz")
     write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
     return [*written, folder / "motion.npz", folder / "preview.html"]

@@ -167,3 +167,13 @@ def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
     assert (steps[:, 16] < 0.25).all()  # no jump where the recording ends
     assert (np.linalg.norm(root[:, -1] - root[:, 16], axis=-1) > 0.2).all()  # it walks on
     assert made.joints[..., 1].min() > -0.1
+
+
+@pytest.mark.parametrize("rig", ["mixamo", "unreal"])
+def test_a_bvh_on_another_tools_bones(tmp_path, rig, capsys):
+    main(["motion", "--action", "Walk", "--frames", "12", "--rig", rig, "--root-motion", "--out", str(tmp_path / "w.bvh")])
+    motion = read_motion(tmp_path / "w.bvh")
+    assert motion.frames == 12
+    assert {"mixamo": "mixamorig:LeftHandIndex3", "unreal": "index_03_l"}[rig] in motion.joint_names
+    assert main(["motion", "--action", "Walk", "--in-place", "--out", str(tmp_path / "x.bvh")]) != 0
+    assert "--rig" in capsys.readouterr().err

@@ -1,7 +1,7 @@
 """Carrying a motion over to a body's rig: retargeting, binding (Eq. 19) and deformation (Eq. 20)."""
 
 from a2v.animation.arap import ArapDeformer, ArapResult, DeformSettings
-from a2v.animation.bind import BindSettings, bind
+from a2v.animation.bind import BindSettings, bind, skin_of
 from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
@@ -27,4 +27,5 @@ __all__ = [
     "prepare_rig",
     "retarget",
     "rig_motion",
+    "skin_of",
 ]

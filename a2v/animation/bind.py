@@ -38,6 +38,24 @@ class BindSettings:
     far: float = 0.06
 
 
+def skin_of(body: Body) -> Character:
+    """A body's own skin as a character, in grey: for clips that need a rig but no person.
+
+    The four largest weights of each vertex are kept.
+    """
+    bones = np.argsort(-body.weights, axis=1, kind="stable")[:, :4]
+    weights = np.take_along_axis(body.weights, bones, axis=1)
+    colors = np.full(body.vertices.shape, 0.6, np.float32)
+    return Character(
+        surface=Surface(vertices=body.vertices, faces=body.faces, colors=colors),
+        body=body,
+        weights=(weights / weights.sum(axis=1, keepdims=True)).astype(np.float32),
+        bones=bones.astype(np.int32),
+        anchors=np.arange(len(body.vertices), dtype=np.int32),
+        parts=body.parts,
+    )
+
+
 def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, settings: BindSettings = BindSettings()) -> Character:
     """Bind `surface` to `body`.
 

@@ -12,12 +12,18 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.types import FloatArray
 
-_FOLDER = Path(__file__).parent / "rigs"
+_TABLES = {
+    "mixamo": "rigs/mixamo.json",
+    "vrm": "rigs/vrm.json",
+    "unreal": "rigs/unreal.json",
+    "unity": "rigs/unity.json",
+    "rigify": "rigs/rigify.json",
+}
 
 OWN_RIG = "anny"
 """Name of the body model's own rig: nothing changes."""
 
-RIGS: tuple[str, ...] = (OWN_RIG, "mixamo", "vrm", "unreal", "unity", "rigify")
+RIGS: tuple[str, ...] = (OWN_RIG, *_TABLES)
 """Names that ``--rig`` takes."""
 
 _DIRECTIONS = {
@@ -104,9 +110,9 @@ def load_rig(name: str) -> RigSpec:
     InputError
         Unknown name.
     """
-    if name not in RIGS or name == OWN_RIG:
+    if name not in _TABLES:
         raise InputError(f"unknown rig '{name}'; choose from {', '.join(RIGS)}")
-    table = json.loads((_FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    table = json.loads((Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8"))
     bones = tuple(
         RigBone(
             name=row["name"],

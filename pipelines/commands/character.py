@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.gltf import write_morph_glb
+from a2v.formats.gltf import VrmMeta, write_morph_glb
 from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character
@@ -16,18 +16,24 @@ from pipelines.graph import video_graph
 from pipelines.inputs import MODEL, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option
+from pipelines.rigs import RigOptions, check_avatar, write_avatar
 from pipelines.store import Store
 
-HELP = "Make one character file with several actions: glTF, USD, or a web page that shows it."
+HELP = "Make one character file with several actions: glTF, USD, VRM, or a web page that shows it."
 EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
+  a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --in-place
+  a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
 Clips are named after their actions or files. GLB and USD are skinned, as all tools expect; --exact instead stores the video's own
-deformation, vertex by vertex (one action, no bones)."""
+deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
+
+AVATAR = ".vrm"
+"""Suffix of VRM 1.0."""
 
 FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
 """What --out may be: characters as data, and as a page that shows them."""
@@ -38,7 +44,7 @@ class Options:
     """What the command takes."""
 
     photo: PhotoOptions = group(PhotoOptions)
-    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
+    out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
     actions: str = option("of the model, with commas; each becomes a clip", default="")
     motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
     model: str = option(MODEL, default="cmu")
@@ -46,6 +52,9 @@ class Options:
     fps: float | None = option("resample the clips to this many frames a second", default=None)
     seed: int = option("seed of the motions", default=0)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
+    rigging: RigOptions = group(RigOptions)
+    author: str = option("of a .vrm: who made the avatar", default="")
+    licence_url: str = option("of a .vrm: address of the licence that you grant", default="", metavar="URL")
     stages: MovingStages = group(MovingStages)
     running: RunOptions = group(RunOptions)
 
@@ -54,6 +63,7 @@ def run(options: Options) -> int:
     """Make the character and its clips; print the path last."""
     path = Path(options.out)
     wanted = _wanted(options, path)
+    avatar = _avatar(options, path)
     store = Store(options.running.cache)
     photo = options.photo.parameters(store, options.stages)
     parameters = [
@@ -74,15 +84,19 @@ def run(options: Options) -> int:
     if exact is not None:
         name = next(iter(wanted))
         write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
+    elif avatar is not None:
+        for beside in write_avatar(path, character, clips, options.rigging, avatar)[1:]:
+            print(beside)
     else:
-        write_character(path, character, clips, FORMATS)
+        write_character(path, *options.rigging.prepare(character, clips), FORMATS)
     print(path)
     return 0
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     """The clips to make, by name: None for an action of the model, else a motion file."""
-    writer_of(path, FORMATS)
+    if path.suffix.lower() != AVATAR:
+        writer_of(path, FORMATS)
     wanted: dict[str, str | None] = {}
     asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
@@ -93,7 +107,17 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
         raise InputError("no clip asked for; name actions with --actions (a2v actions lists them) or files with --motions")
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError("--exact writes one action to a .glb; leave the others out, or leave --exact out")
+    if options.exact and not options.rigging.plain:
+        raise InputError("--exact has no bones; leave --rig, --root-motion and --in-place out")
     return wanted
+
+
+def _avatar(options: Options, path: Path) -> VrmMeta | None:
+    """What a .vrm says about itself; None for other files."""
+    if path.suffix.lower() != AVATAR:
+        return None
+    check_avatar(options.rigging)
+    return VrmMeta(name=path.stem, author=options.author, licence_url=options.licence_url)
 
 
 def _listed(text: str) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from a2v.animation import RIGS
 from a2v.errors import InputError
 from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
@@ -18,6 +19,7 @@ from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.inputs import MODEL, check_writable
 from pipelines.options import flag, option
+from pipelines.rigs import IN_PLACE, ROOT_MOTION, RigOptions, write_rigged_motion
 
 HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
 EXAMPLES = """examples:
@@ -30,6 +32,7 @@ EXAMPLES = """examples:
   a2v motion --model humanact12-fine --action 'lift_dumbbell*' --out kinds.png         one clip of each action that matches
   a2v motion --action Walk --bone-scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
+  a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
 
 With several clips an .npz holds all of them with a leading dimension, .bvh become numbered files, pictures and videos show
@@ -57,6 +60,9 @@ class Options:
     start_frames: int | None = option("how many of its first poses; all by default", default=None)
     interpolate: int = option("rows between the motions of --seed and --to-seed", default=0)
     to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
+    rig: str | None = option(f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG")
+    root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
+    in_place: bool = flag(f"with --rig: {IN_PLACE}")
     native: bool = flag(".npz of joints in the data set's own frame and unit, first root at the origin")
 
 
@@ -70,6 +76,7 @@ def run(options: Options) -> int:
     if options.count * max(options.frames, 1) > MAX_FRAMES:
         raise InputError(f"{options.count} clips of {options.frames} frames; expected at most {MAX_FRAMES:,} frames in all")
     writer_of(path, FORMATS)
+    rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
     model = MotionModel.load(options.model)
@@ -81,9 +88,20 @@ def run(options: Options) -> int:
         return 0
     made = generate(model, options)
     check_writable(path.parent)
-    for target in write_motion(path, made, FORMATS):
+    for target in write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged):
         print(target)
     return 0
+
+
+def _rigged(options: Options, path: Path) -> RigOptions | None:
+    """The rig that is asked for."""
+    if options.rig is None:
+        if options.root_motion or options.in_place:
+            raise InputError("--root-motion and --in-place are of a rig; name one with --rig")
+        return None
+    if path.suffix.lower() != ".bvh" or options.native:
+        raise InputError(f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm")
+    return RigOptions(rig=options.rig, root_motion=options.root_motion, in_place=options.in_place)
 
 
 def generate(model: MotionModel, options: Options) -> Motion:

@@ -14,6 +14,7 @@ from pipelines.inputs import LookOptions, MotionOptions, MovingStages, PhotoOpti
 from pipelines.options import flag, group, option
 from pipelines.outputs import write_node, write_results
 from pipelines.report import make_report
+from pipelines.rigs import RigOptions
 from pipelines.run import Outcome
 from pipelines.store import Store
 
@@ -43,6 +44,7 @@ class Options:
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
+    rigging: RigOptions = group(RigOptions)
     stages: MovingStages = group(MovingStages)
     running: RunOptions = group(RunOptions)
 
@@ -56,11 +58,15 @@ def run(options: Options) -> int:
         stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
     out = check_writable(options.out)
-    targets = [options.only] if options.only else ["video", "clip", "glb", "bvh", "motion", "subject"]
+    rigged = not options.rigging.plain
+    if rigged and options.only:
+        raise InputError("--only writes one stage's result, on the body's own rig; leave --rig, --root-motion and --in-place out")
+    exports = ["character", "poses"] if rigged else ["glb", "bvh"]
+    targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
     transparent = parameters["render"].background == "transparent" and not options.only  # an MP4 has no alpha channel
     outcome = options.running.run([*targets, *(["frame"] if transparent else [])], parameters, graph=graph, start=options.start)
     views = parameters["render"].views
-    written = write_node(outcome, options.only, out, views) if options.only else write_results(outcome, out, views)
+    written = write_node(outcome, options.only, out, views) if options.only else write_results(outcome, out, views, options.rigging)
     written += write_node(outcome, "frame", out, views) if transparent else []
     _write_report(options, parameters, outcome, written)
     options.running.tell(outcome)
@@ -82,6 +88,7 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
         inputs["model"] = parameters["model"].path
     set_ = {name: getattr(motion, name) for name in ("action", "model", "motion", "frames", "fps", "seed")}
     set_ |= {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
+    set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion", "in_place")}
     names = {"render", "cameras", *(item.name for item in dataclasses.fields(options.stages))}
     stages = {name: value for name, value in parameters.items() if name in names}
     described = {**set_, "photo": Path(options.photo.photo).name, **stages}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from a2v import Character, InputError, Surface
-from a2v.animation import ArapDeformer, deform, retarget
+from a2v.animation import RIGS, ArapDeformer, deform, prepare_rig, retarget
 from a2v.formats import read_motion
 from a2v.formats.gltf import write_glb, write_morph_glb
 from a2v.formats.obj_ply import write_obj, write_ply
@@ -136,3 +136,17 @@ def test_bad_clips(tmp_path: Path, character: Character) -> None:
     with pytest.raises(InputError, match="expected"):
         write_morph_glb(tmp_path / "c.glb", character.surface, np.zeros((2, 5, 3)), 20.0)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_every_rig_is_valid_and_moves_like_its_frames(
+    tmp_path: Path, character: Character, clips: dict[str, tuple[np.ndarray, float]], validator: Path, rig: str
+) -> None:
+    person, moves = prepare_rig(character, clips, rig=rig, root_motion=True)
+    write_glb(tmp_path / "c.glb", person, moves)
+    report = validate(tmp_path / "c.glb", validator)
+    assert report["errors"] == 0, report["messages"]
+    glb = Glb(tmp_path / "c.glb")
+    assert [glb.json["nodes"][joint]["name"] for joint in glb.json["skins"][0]["joints"]] == list(person.body.bone_names)
+    for name, frame in (("walk", 5), ("cartwheel", 12)):
+        np.testing.assert_allclose(glb.animated(name, frame), deform(person, moves[name][0][frame]), atol=2e-4)

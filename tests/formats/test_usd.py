@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from a2v import Character, InputError
-from a2v.animation import deform, retarget
+from a2v.animation import deform, prepare_rig, retarget
 from a2v.formats import read_motion
 from a2v.formats.usd import write_usd
 
@@ -119,3 +119,14 @@ def test_what_cannot_be_written_is_named(tmp_path: Path, character: Character) -
     with pytest.raises(InputError, match="clip 'odd'"):
         write_usd(tmp_path / "c.usdz", character, {"odd": (np.zeros((2, 3, 4, 4)), 20.0)})
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("rig", ["mixamo", "unreal"])
+def test_other_rigs_move_like_their_frames(
+    tmp_path: Path, character: Character, clips: dict[str, tuple[np.ndarray, float]], rig: str
+) -> None:
+    person, moves = prepare_rig(character, clips, rig=rig, root_motion=True)
+    write_usd(tmp_path / "c.usdc", person, moves)
+    stage = opened(tmp_path / "c.usdc")
+    for frame in (0, 12):
+        np.testing.assert_allclose(skinned(stage, frame), deform(person, moves["cart wheel"][0][frame]), atol=2e-4)

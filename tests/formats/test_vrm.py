@@ -18,7 +18,7 @@ from a2v.animation import deform, prepare_rig, retarget
 from a2v.formats import read_motion
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import VRM_REQUIRED
-from tests.support.glb import Glb
+from tests.support.glb import Glb, validate
 
 ROOT = Path(__file__).resolve().parents[2]
 META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
@@ -66,6 +66,12 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> str:
     ]
     subprocess.run(command, check=True, timeout=120)
     return out.read_text(encoding="utf-8")
+
+
+def test_khronos_finds_nothing_wrong(files: tuple[Path, Path], validator: Path) -> None:
+    for path in files:
+        report = validate(path, validator)
+        assert report["errors"] == 0, report["messages"]
 
 
 def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path], person: tuple[Character, np.ndarray]) -> None:

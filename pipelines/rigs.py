@@ -1,0 +1,96 @@
+"""Options of the rig that exports are made for, and the files that they make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from a2v.animation import RIGS, prepare_rig, retarget, skin_of
+from a2v.animation.rig_spec import OWN_RIG
+from a2v.errors import InputError
+from a2v.formats import write_glb, write_rig_bvh
+from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
+from a2v.types import Character, FloatArray, Motion
+from pipelines.options import flag, option
+
+RIG = f"bones of the files for other tools: {', '.join(RIGS)}"
+ROOT_MOTION = "a root on the ground carries travel and heading, the hips the rest"
+IN_PLACE = "neither travel nor turning; the sway of steps stays"
+"""What the options of the same names say."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigOptions:
+    """What the tools that open the exports want."""
+
+    rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
+    root_motion: bool = flag(ROOT_MOTION)
+    in_place: bool = flag(IN_PLACE)
+
+    def __post_init__(self) -> None:
+        if self.root_motion and self.in_place:
+            raise InputError("--root-motion and --in-place exclude each other; leave one of them out")
+
+    @property
+    def plain(self) -> bool:
+        """Whether the exports are those of the body's own rig as it moves."""
+        return self.rig == OWN_RIG and not self.root_motion and not self.in_place
+
+    def prepare(
+        self, character: Character, clips: Mapping[str, tuple[FloatArray, float]]
+    ) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
+        """See `a2v.animation.prepare_rig`; what is plain stays as it is."""
+        if self.plain:
+            return character, dict(clips)
+        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion, in_place=self.in_place)
+
+
+def write_rigged(folder: Path, character: Character, clip: tuple[FloatArray, float], options: RigOptions, *, name: str) -> list[Path]:
+    """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options` ask for."""
+    person, clips = options.prepare(character, {name: clip})
+    paths = [folder / "character.glb", folder / "motion.bvh"]
+    write_glb(paths[0], person, clips)
+    write_rig_bvh(paths[1], person.body, *clips[name])
+    return paths
+
+
+def write_avatar(
+    path: Path, character: Character, clips: Mapping[str, tuple[FloatArray, float]], options: RigOptions, meta: VrmMeta
+) -> list[Path]:
+    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip; see `check_avatar`."""
+    person, moves = prepare_rig(character, clips, rig="vrm", in_place=options.in_place)
+    write_vrm(path, person, meta)
+    paths = [path]
+    for name, (transforms, fps) in moves.items():
+        paths.append(path.with_name(f"{path.stem}.{name}.vrma"))
+        write_vrma(paths[-1], person.body, transforms, fps, name=name)
+    return paths
+
+
+def check_avatar(options: RigOptions) -> None:
+    """Refuse what a ``.vrm`` cannot be.
+
+    Raises
+    ------
+    InputError
+        Another rig, or root motion.
+    """
+    if options.rig not in (OWN_RIG, "vrm"):
+        raise InputError(f"a .vrm has the rig vrm, not {options.rig}; leave --rig out, or write a .glb")
+    if options.root_motion:
+        raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")
+
+
+def write_rigged_motion(path: Path, motion: Motion, options: RigOptions) -> list[Path]:
+    """Write clips on the rig of an adult of middle build as BVH; several become numbered files."""
+    from a2v.body import load_body_model, make_body
+
+    person = skin_of(make_body(load_body_model(), grounded=True))
+    batch = bool(motion.batch)
+    paths = [path.with_name(f"{path.stem}_{index:03d}{path.suffix}") for index in range(motion.batch[0])] if batch else [path]
+    for index, target in enumerate(paths):
+        clip = motion[index] if batch else motion
+        moved, clips = options.prepare(person, {"motion": (retarget(clip, person.body), clip.fps)})
+        write_rig_bvh(target, moved.body, *clips["motion"])
+    return paths

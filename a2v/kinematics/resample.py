@@ -52,17 +52,21 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     if motion.frames == 1:
         return dataclasses.replace(motion, fps=float(fps))
     at = np.minimum(np.arange(frames) * (motion.fps / fps), motion.frames - 1)
+    given = motion.given_frames and int(np.floor((motion.given_frames - 1) / motion.fps * fps + 1e-6)) + 1
+    return dataclasses.replace(resample_at(motion, at), fps=float(fps), given_frames=given)
+
+
+def resample_at(motion: Motion, at: FloatArray) -> Motion:
+    """Poses of clip(s) at fractional frames `at` (T,) from 0 to the last, as `resample_motion` finds them; the frame rate is kept."""
     skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
     rotvecs, lengths = rotvecs_of(motion, skeleton)
     quats = interpolate(continuous(rotvec_to_quat(rotvecs), axis=-3), at, axis=-3)
     rotvecs = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
     root = interpolate(motion.joints[..., 0, :].astype(np.float64), at, axis=-2)
     joints = forward_kinematics(rotvecs, root, interpolate(lengths, at, axis=-2), skeleton)
-    given = motion.given_frames and int(np.floor((motion.given_frames - 1) / motion.fps * fps + 1e-6)) + 1
     return dataclasses.replace(
-        motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32), fps=float(fps),
-        given_frames=given,
-    )  # fmt: skip
+        motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32)
+    )
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:

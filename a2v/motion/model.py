@@ -22,6 +22,7 @@ from a2v.types import FloatArray, IntArray, Motion
 
 BUNDLED: Mapping[str, str] = {
     "cmu": "motion_cmu.onnx",
+    "cmu-fine": "motion_cmu_fine.onnx",
     "humanact12": "motion_humanact12.onnx",
     "humanact12-fine": "motion_humanact12_fine.onnx",
     "cmu-glmi-m": "motion_cmu_glmi_m.onnx",

@@ -21,6 +21,7 @@ import snowballstemmer
 from rapidfuzz import fuzz, process
 
 from a2v.errors import InputError
+from a2v.motion.card import ModelCard
 
 SYNONYMS = Path(__file__).parent / "synonyms.csv"
 
@@ -131,6 +132,18 @@ class Vocabulary:
     descriptions: Mapping[str, Sequence[str]] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)
     traits: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, card: ModelCard) -> Vocabulary:
+        """What a model's file says of its actions."""
+        traits = dict(zip(card.actions, card.traits, strict=True)) if card.traits else {}
+        split = {action: [trait.partition(":") for trait in own] for action, own in traits.items()}
+        return cls(
+            card.actions,
+            dict(zip(card.actions, card.descriptions, strict=True)) if card.descriptions else {},
+            {action: value for action, own in split.items() for kind, _, value in own if kind == "coarse"},
+            {action: [value for kind, _, value in own if kind != "coarse"] for action, own in split.items()},
+        )
 
     @cached_property
     def _names(self) -> list[frozenset[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +14,13 @@ from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import write_npz
 from a2v.kinematics import bone_lengths
+from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.direct import follow_path, read_path
+from a2v.motion.edit import change_speed, make_loop, mirror_motion, put_in_place
+from a2v.motion.prompts import Step, Vocabulary, explain, parse_prompt
+from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.inputs import MODEL, check_writable
@@ -33,6 +39,9 @@ EXAMPLES = """examples:
   a2v motion --action Walk --bone-scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
   a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
+  a2v motion --model cmu-fine --action "sneak for 3 s, then run away" --out escape.bvh         in words
+  a2v motion --model cmu-fine --action Walk --path "0,0 0,3 3,3 3,6" --fps 30 --out way.bvh    along a path over the ground
+  a2v motion --action Walk --loop --in-place --fps 30 --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
 
 With several clips an .npz holds all of them with a leading dimension, .bvh become numbered files, pictures and videos show
@@ -46,7 +55,7 @@ FORMATS = (*MOTION_FORMATS, *DRAWN_FORMATS)
 class Options:
     """What the command takes."""
 
-    action: str = option("what to do; several with commas follow each other, a pattern with * makes one clip each")
+    action: str = option("what to do, by name or in words; several with commas or 'then' follow each other, a pattern with * makes one clip each")
     model: str = option(MODEL, default="cmu")
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
     count: int = option("clips", default=1)
@@ -62,7 +71,13 @@ class Options:
     to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
     rig: str | None = option(f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
-    in_place: bool = flag(f"with --rig: {IN_PLACE}")
+    path: str | None = option("walk along this: points 'x,z x,z ...' in metres, or a .csv of two columns", default=None)
+    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None)
+    speed: float = option("tempo: 2 is twice as fast", default=1.0)
+    mirror: bool = flag("left and right exchanged")
+    loop: bool = flag("a seamless cycle out of the clip")
+    in_place: bool = flag(IN_PLACE)
+    fps: float | None = option("frames a second of what is written; by default the model's", default=None)
     native: bool = flag(".npz of joints in the data set's own frame and unit, first root at the origin")
 
 
@@ -86,7 +101,7 @@ def run(options: Options) -> int:
         write_npz(path, content)
         print(path)
         return 0
-    made = generate(model, options)
+    made = edited(generate(model, options), options)
     check_writable(path.parent)
     for target in write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged):
         print(target)
@@ -96,12 +111,12 @@ def run(options: Options) -> int:
 def _rigged(options: Options, path: Path) -> RigOptions | None:
     """The rig that is asked for."""
     if options.rig is None:
-        if options.root_motion or options.in_place:
+        if options.root_motion:
             raise InputError("--root-motion and --in-place are of a rig; name one with --rig")
         return None
     if path.suffix.lower() != ".bvh" or options.native:
         raise InputError(f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm")
-    return RigOptions(rig=options.rig, root_motion=options.root_motion, in_place=options.in_place)
+    return RigOptions(rig=options.rig, root_motion=options.root_motion)
 
 
 def generate(model: MotionModel, options: Options) -> Motion:
@@ -119,7 +134,10 @@ def generate(model: MotionModel, options: Options) -> Motion:
     changed = [name for name, default in (("bone_scale", 1.0), ("bones", None)) if getattr(options, name) != default]
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
-    names = [name.strip() for name in options.action.split(",")]
+    if options.path is not None:
+        return along_path(model, options)
+    steps = [] if "a pattern" in alone else understood(model, options.action)
+    names = [step.action for step in steps] or [name.strip() for name in options.action.split(",")]
     if options.start:
         return outpaint(
             model,
@@ -137,10 +155,49 @@ def generate(model: MotionModel, options: Options) -> Motion:
     if alone:
         found = [action for name in names for action in matching_actions(model, name)]
         return sample_each(model, found, frames=options.frames, seed=options.seed)
+    if any(step != Step(action=step.action) for step in steps) and not changed:
+        return perform(model, steps, frames=options.frames, count=options.count, seed=options.seed)
     return model.sample(
         names, frames=options.frames, count=options.count, seed=options.seed, bone_scale=bone_scale(options.bone_scale),
         lengths=own_bones(model, options),
     )  # fmt: skip
+
+
+def understood(model: MotionModel, text: str) -> list[Step]:
+    """The steps of a prompt; says on standard error what was taken for what, where that is not the action's own name."""
+    steps, matches = parse_prompt(text, Vocabulary.of(model.card))
+    for match, line in zip(matches, explain(matches), strict=True):
+        if match.score < 1:
+            print(line, file=sys.stderr)
+    return steps
+
+
+def along_path(model: MotionModel, options: Options) -> Motion:
+    """The clip of --path.
+
+    Raises
+    ------
+    InputError
+        The path is none, --count is given, or the model cannot be directed.
+    """
+    if options.count != 1:
+        raise InputError("count cannot be given with path; another --seed walks it in another way")
+    steps = understood(model, options.action)
+    if len(steps) != 1:
+        raise InputError("a path is walked by one action; give one --action")
+    return follow_path(model, steps[0].action, read_path(options.path or ""), speed=options.pace, seed=options.seed)
+
+
+def edited(motion: Motion, options: Options) -> Motion:
+    """The clip or clips at the frame rate, in the tempo and in the place that the options ask for."""
+    made = change_speed(motion, options.speed) if options.speed != 1 else motion
+    made = resample_motion(made, options.fps) if options.fps is not None else made
+    made = mirror_motion(made) if options.mirror else made
+    if (options.loop or options.in_place) and made.batch:
+        raise InputError("loop and in-place are for one clip; leave --count out")
+    if options.loop:
+        return make_loop(made, in_place=options.in_place)
+    return put_in_place(made) if options.in_place else made
 
 
 def bone_scale(text: float | str) -> float | dict[str, float]:

@@ -1,0 +1,45 @@
+"""Steps of their own length and tempo."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.motion import MotionModel
+from a2v.motion.prompts import Step
+from a2v.motion.timeline import perform, step_frames
+
+
+@pytest.fixture(scope="module")
+def model() -> MotionModel:
+    return MotionModel.load("cmu")
+
+
+def test_steps_without_lengths_are_what_sample_makes(model: MotionModel) -> None:
+    steps = [Step(action="Walk"), Step(action="Jump")]
+    one, other = perform(model, steps, frames=61, seed=4), model.sample(["Walk", "Jump"], frames=61, seed=4)
+    np.testing.assert_array_equal(one.joints, other.joints)
+    assert one.action == other.action
+
+
+def test_each_step_is_as_long_as_it_says(model: MotionModel) -> None:
+    steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=13), Step(action="Run")]
+    assert step_frames(steps, frames=60, fps=12.0) == [24, 13, 20]
+    assert perform(model, steps, frames=60).frames == 57
+
+
+def test_tempo_takes_a_step_through_more_or_less_motion(model: MotionModel) -> None:
+    slow = perform(model, [Step(action="Walk", frames=49, speed=0.5)], seed=2)
+    plain = model.sample("Walk", frames=24, seed=2)
+    assert slow.frames == 49
+    assert abs(np.diff(slow.joints, axis=0)).mean() < 0.6 * abs(np.diff(plain.joints, axis=0)).mean()
+    for end in (0, -1):
+        np.testing.assert_allclose(slow.joints[end], plain.joints[end], atol=1e-4)
+
+
+def test_too_much_or_nothing_is_refused(model: MotionModel) -> None:
+    with pytest.raises(InputError, match="no action"):
+        perform(model, [])
+    with pytest.raises(InputError, match="at most"):
+        perform(model, [Step(action="Walk", seconds=600.0)] * 3)

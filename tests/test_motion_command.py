@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -175,5 +177,39 @@ def test_a_bvh_on_another_tools_bones(tmp_path, rig, capsys):
     motion = read_motion(tmp_path / "w.bvh")
     assert motion.frames == 12
     assert {"mixamo": "mixamorig:LeftHandIndex3", "unreal": "index_03_l"}[rig] in motion.joint_names
-    assert main(["motion", "--action", "Walk", "--in-place", "--out", str(tmp_path / "x.bvh")]) != 0
+    assert main(["motion", "--action", "Walk", "--root-motion", "--out", str(tmp_path / "x.bvh")]) != 0
     assert "--rig" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("way", ["0,0 0,3", "csv"])
+def test_a_path_in_words_and_numbers(way: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    if way == "csv":
+        way = str(tmp_path / "way.csv")
+        Path(way).write_text("x,z\n0,0\n0,3\n", encoding="utf-8-sig")
+    out = tmp_path / "way.npz"
+    assert main(["motion", "--model", "cmu-fine", "--action", "stroll slowly", "--path", way, "--fps", "30", "--out", str(out)]) == 0
+    assert "is taken for Walk slowly" in capsys.readouterr().err
+    made = Motion.load(out)
+    assert made.fps == 30
+    assert np.linalg.norm(made.root[-1, [0, 2]] - (0, 3)) < 0.3
+
+
+def test_prompts_loops_and_edits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "a.npz"
+    command = ["motion", "--model", "cmu-fine", "--out", str(out)]
+    assert main([*command, "--action", "sneak for 2 s, then run away"]) == 0
+    assert Motion.load(out).action == "Sneak,Run"
+    assert main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"]) == 0
+    loop = Motion.load(out)
+    assert np.abs(loop.root[:, [0, 2]]).max() < 0.3
+    capsys.readouterr()
+    assert main([*command, "--action", "Walk", "--loop", "--count", "2"]) == 2
+    assert main([*command, "--action", "Walk", "--path", "nowhere"]) == 2
+    assert main([*command, "--action", "transcendence"]) == 2
+    assert "the nearest are" in capsys.readouterr().err
+
+
+def test_actions_can_be_found_by_words(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["actions", "--model", "cmu-fine", "--find", "something like dancing"]) == 0
+    found = capsys.readouterr().out.split("\n")
+    assert {"Salsa", "Ballet", "Charleston"} & set(found[:4])

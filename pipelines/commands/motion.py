@@ -112,7 +112,7 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
     """The rig that is asked for."""
     if options.rig is None:
         if options.root_motion:
-            raise InputError("--root-motion and --in-place are of a rig; name one with --rig")
+            raise InputError("--root-motion is of a rig; name one with --rig")
         return None
     if path.suffix.lower() != ".bvh" or options.native:
         raise InputError(f"cannot write {path} with --rig; a motion on a rig is a .bvh, and a2v character writes .glb, .usdz and .vrm")

@@ -20,8 +20,9 @@ from a2v.motion.samplers import WindowSampler
 from a2v.motion.steer import CodeReader, Steering, Wish, steer
 from a2v.types import FloatArray, IntArray, Motion
 
-#: How near, metres, the root shall be to the path and the hips' line to its side, and every how many seconds that is asked for.
-PATH_SIGMA, SIDE_SIGMA, ASK_SECONDS = 0.06, 0.06, 0.33
+#: How near, metres, the root shall be to the path and the hips' line to its side, and every how many seconds that is asked for
+#: (chosen on walks over three paths: harder wishes are nearer, and feet slide more; docs/research/motion-flow.md).
+PATH_SIGMA, SIDE_SIGMA, ASK_SECONDS = 0.15, 0.1, 0.66
 #: How near a given pose shall be: directions of bones (unit vectors) and the root, metres.
 POSE_SIGMA, ROOT_SIGMA = 0.02, 0.005
 #: Clips by which the natural speed of an action is measured.
@@ -103,8 +104,10 @@ def natural_speed(model: MotionModel, action: str) -> float:
     share = sampler.active_share(model.label(action)) if isinstance(sampler, WindowSampler) else 1.0
     frames = max(4, round(0.8 * share * model.card.frames))  # before clips end and stand
     made = model.sample(action, frames=frames, count=SPEED_CLIPS, seed=0)
-    travelled = np.linalg.norm((made.root[:, -1] - made.root[:, 0])[:, [0, 2]], axis=-1)
-    return float(np.median(travelled) / ((frames - 1) / model.fps))
+    # over half a second, so that sway does not count, and nothing is lost where a clip turns
+    apart = max(1, min(round(0.5 * model.fps), frames - 1))
+    steps = np.linalg.norm((made.root[:, apart:] - made.root[:, :-apart])[..., [0, 2]], axis=-1)
+    return float(np.median(steps) / apart * model.fps)
 
 
 def follow_path(model: MotionModel, action: str, path: Path, *, speed: float | None = None, seed: int = 0) -> Motion:

@@ -16,10 +16,11 @@ from pipelines.rigs import RigOptions, write_rigged
 from pipelines.run import Outcome
 from pipelines.store import Ref
 
+_OWN = RigOptions()
 _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "bvh": "motion.bvh"}
 
 
-def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions) -> list[Path]:
+def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN) -> list[Path]:
     """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
 
     Character and motion are those of the run where `rig` is plain, else made of its `character` and `poses`.

@@ -16,7 +16,7 @@ from typing import Any
 from a2v.errors import A2VError
 from a2v.io import atomic_path, read_bytes, write_csv
 from pipelines.batch.tasks import Job, Result
-from pipelines.outputs import write_results
+from pipelines.outputs import write_blob, write_results
 from pipelines.run import Outcome
 from pipelines.store import Store
 
@@ -34,7 +34,7 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
         video = job.tasks[-1]
         outcome = Outcome(result.values, {}, result.seconds, result.peak_memory, store)
         written = write_results(outcome, folder, video.parameters["render"].views)
-        written.append(_thumbnail(written[1], folder / THUMBNAIL))
+        written.append(write_blob(outcome, result.values["thumbnail"], folder / THUMBNAIL))
     row = job.row
     record = {
         "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name, "photo": row.photo, "action": row.motion.action,
@@ -92,19 +92,6 @@ def _records(out: Path) -> Iterator[dict[str, Any]]:
 def _cell(value: object) -> object:
     """A value that spreadsheets do not take for a formula."""
     return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r") else value
-
-
-def _thumbnail(video: Path, path: Path) -> Path:
-    """The first frame, small."""
-    from PIL import Image
-
-    from a2v.rendering import read_video
-
-    picture = Image.fromarray(next(iter(read_video(video))))
-    picture.thumbnail((128, 128))
-    with atomic_path(path) as temporary:
-        picture.save(temporary, quality=80)
-    return path
 
 
 _STYLE = """body{font:14px system-ui,sans-serif;margin:2em;color:#222;background:#fafafa}table{border-collapse:collapse;width:100%}

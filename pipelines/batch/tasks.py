@@ -12,6 +12,7 @@ import functools
 import io
 import platform
 import re
+import tempfile
 import time
 import traceback
 from collections.abc import Mapping
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import joblib
+import numpy as np
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, printable
@@ -34,6 +36,8 @@ Kind = Literal["person", "motion", "video"]
 TARGETS: Mapping[Kind, tuple[str, ...]] = {
     "person": ("character", "body"), "motion": ("motion",), "video": ("video", "clip", "glb", "bvh", "motion"),
 }  # fmt: skip
+"""What each kind of task takes from the graph."""
+GIVEN: Mapping[Kind, tuple[str, ...]] = {**TARGETS, "video": (*TARGETS["video"], "thumbnail")}
 """What each kind of task gives."""
 
 
@@ -128,7 +132,7 @@ class Planner:
         if row.problem:
             return Job(row, folder_name(row, None), ())
         try:
-            parameters = self._person(row.photo, row.mask, row.keypoints) | self._motion(row.motion) | self._look(row.look)
+            parameters = self._person(row.photo, row.mask, row.keypoints) | self._moving(row.motion) | self._look(row.look)
         except InputError as error:
             return Job(dataclasses.replace(row, problem=str(error)), folder_name(row, None), ())
         recorded = row.motion.motion is not None
@@ -140,6 +144,11 @@ class Planner:
 
     def _read_person(self, photo: str, mask: str | None, keypoints: str | None) -> Parameters:
         return photo_parameters(self._store, photo, mask=mask, keypoints=keypoints, **self._stages)
+
+    def _moving(self, motion: MotionOptions) -> Parameters:
+        """A motion's parameters; the model is opened and the action looked up once for all seeds."""
+        known = self._motion(dataclasses.replace(motion, seed=0))
+        return {**known, "seed": motion.seed} if "seed" in known else known
 
     def _read_look(self, look: LookOptions) -> Parameters:
         return look.parameters(self._store)
@@ -207,6 +216,8 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
             outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
         seconds = time.perf_counter() - begun
         values = {name: outcome.values[name] for name in TARGETS[task.kind]}
+        if task.kind == "video":
+            values["thumbnail"] = _thumbnail(np.ravel(values["clip"])[0], store)
         store.remember(f"task_{task.kind}", task.key, tuple(values.values()), {"seconds": seconds, "notes": list(outcome.notes)})
         return Result(values=values, seconds=seconds, peak_memory=outcome.peak_memory, notes=outcome.notes)
     except A2VError as error:
@@ -221,9 +232,26 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
 def recall(task: Task, store: Store) -> Result | None:
     """The remembered result of a task."""
     known = store.recall(f"task_{task.kind}", task.key)
-    if known is None or not isinstance(known[0], tuple) or len(known[0]) != len(TARGETS[task.kind]):
+    if known is None or not isinstance(known[0], tuple) or len(known[0]) != len(GIVEN[task.kind]):
         return None
-    return Result(values=dict(zip(TARGETS[task.kind], known[0], strict=True)), notes=tuple(known[1].get("notes") or ()))
+    return Result(values=dict(zip(GIVEN[task.kind], known[0], strict=True)), notes=tuple(known[1].get("notes") or ()))
+
+
+def _thumbnail(clip: Ref[Any], store: Store) -> Ref[Any]:
+    """The first frame of a clip, small, as a JPEG."""
+    from PIL import Image
+
+    from a2v.rendering import read_video
+    from pipelines.nodes.values import Blob
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.mp4"
+        path.write_bytes(bytes(store.get(clip, Blob)))
+        picture = Image.fromarray(next(iter(read_video(path))))
+    picture.thumbnail((128, 128))
+    buffer = io.BytesIO()
+    picture.save(buffer, "jpeg", quality=80)
+    return store.put(Blob.of(buffer.getvalue()))
 
 
 @functools.cache

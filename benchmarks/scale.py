@@ -40,7 +40,7 @@ class Costs:
 
 
 DEFAULTS = Costs(seconds=(35.0, 0.6, 195.0), requests=(31, 6, 30), megabytes=(13.0, 0.05, 5.0), driver=0.06, latency=0.03)
-"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md; requests and bytes as measured by this script."""
+"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md, a person's on one core, requests and bytes estimated, not measured."""
 
 
 def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:

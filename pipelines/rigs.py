@@ -26,7 +26,7 @@ class RigOptions:
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(ROOT_MOTION)
-    in_place: bool = flag(IN_PLACE)
+    in_place: bool = flag(IN_PLACE, rare=True)
 
     def __post_init__(self) -> None:
         if self.root_motion and self.in_place:

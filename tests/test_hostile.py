@@ -157,7 +157,8 @@ try:
     read_motion(sys.argv[1], fps=float(sys.argv[2]) or None)
 except InputError as error:
     print("refused")
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+# not ru_maxrss, which a child inherits from the process that started it
+print(next(int(line.split()[1]) // 1024 for line in open("/proc/self/status") if line.startswith("VmHWM:")))
 """
 
 

@@ -82,7 +82,7 @@ def _write(path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps
 
     def emit(index: int, depth: int) -> None:
         pad, joint = "\t" * depth, plan[index]
-        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {joint.name}")
+        header.append(f"{pad}{'ROOT' if index == 0 else 'JOINT'} {_name(joint.name)}")
         header.append(pad + "{")
         header.append(f"{pad}\tOFFSET {_numbers(joint.offset * scale)}")
         order = "Zrotation Xrotation Yrotation"
@@ -101,7 +101,7 @@ def _write(path: str | os.PathLike[str], plan: list[_Joint], frames: int, *, fps
     emit(0, 0)
     rates = ["MOTION", f"Frames: {frames}", f"Frame Time: {1.0 / fps:.10f}"]
     table = np.concatenate(columns, axis=1)
-    with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii", newline="\n") as stream:
+    with atomic_path(path) as temporary, open(temporary, "w", encoding="utf-8", newline="\n") as stream:
         stream.write("\n".join([*header, *rates]) + "\n")
         np.savetxt(stream, table, fmt="%.6f")
 

@@ -74,20 +74,44 @@ def path_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *,
     return GroundPath(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
 
 
-def first_heading(joints: Array, skeleton: Skeleton) -> Array:
-    """Cosine and sine (..., 2) of the angle about +y that turns +z to where the first frame of joints (..., T, J, 3) faces.
+def left_of(joints: Array, skeleton: Skeleton) -> Array:
+    """Vector (..., 3) to the left of a person (..., J, 3), by hips and shoulders.
 
     Raises
     ------
     InputError
-        The skeleton does not say which joints are hips and shoulders.
+        The skeleton does not say which joints those are.
     """
     if skeleton.hips is None or skeleton.shoulders is None:
         raise InputError(f"skeleton '{skeleton.name}' does not say which joints are hips and shoulders")
-    xp = namespace(joints)
     (left_hip, right_hip), (left_shoulder, right_shoulder) = skeleton.hips, skeleton.shoulders
-    first = joints[..., 0, :, :]
-    left = first[..., left_hip, :] - first[..., right_hip, :] + first[..., left_shoulder, :] - first[..., right_shoulder, :]
+    left: Array = joints[..., left_hip, :] - joints[..., right_hip, :] + joints[..., left_shoulder, :] - joints[..., right_shoulder, :]
+    return left
+
+
+def heading(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
+    """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
+
+    Raises
+    ------
+    InputError
+        See `left_of`.
+    """
+    left = left_of(joints, skeleton)
+    angle: FloatArray = np.arctan2(-left[..., 2], left[..., 0])
+    return angle
+
+
+def first_heading(joints: Array, skeleton: Skeleton) -> Array:
+    """Cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3), for numpy and torch.
+
+    Raises
+    ------
+    InputError
+        See `left_of`.
+    """
+    xp = namespace(joints)
+    left = left_of(joints[..., 0, :, :], skeleton)
     flat = xp.stack([left[..., 0], -left[..., 2]], -1)
     length = xp.sqrt((flat * flat).sum(-1))[..., None]
     direction: Array = flat / xp.where(length < 1e-8, xp.ones_like(length), length)

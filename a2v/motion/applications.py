@@ -14,6 +14,7 @@ from a2v.animation.source import source_joints
 from a2v.datasets import ActionDataset, NativeFrame
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
+from a2v.kinematics.ground import heading
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.resample import resample_motion
 from a2v.motion.model import MotionModel
@@ -267,22 +268,6 @@ def on_skeleton(motion: Motion, skeleton: Skeleton, lengths: FloatArray) -> Floa
             size = np.maximum(np.linalg.norm(direction, axis=-1, keepdims=True), 1e-9)
             joints[:, joint] = joints[:, parent] + direction / size * lengths[joint]
     return joints.astype(np.float32)
-
-
-def heading(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Angle (...) about +y from +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
-
-    Raises
-    ------
-    InputError
-        The skeleton does not say which joints those are.
-    """
-    if skeleton.hips is None or skeleton.shoulders is None:
-        raise InputError(f"skeleton '{skeleton.name}' does not say which joints are hips and shoulders")
-    (left_hip, right_hip), (left_shoulder, right_shoulder) = skeleton.hips, skeleton.shoulders
-    left = joints[..., left_hip, :] - joints[..., right_hip, :] + joints[..., left_shoulder, :] - joints[..., right_shoulder, :]
-    angle: FloatArray = np.arctan2(-left[..., 2], left[..., 0])
-    return angle
 
 
 def _to_known_heading(model: MotionModel, given: FloatArray, label: int, generator: np.random.Generator) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.io import brief, read_bytes
 from a2v.kinematics import inverse_kinematics
-from a2v.kinematics.ground import first_heading, yaw_to_rotmat
+from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.samplers import WindowSampler
@@ -187,7 +187,7 @@ def reach_poses(model: MotionModel, action: str, poses: Mapping[int, FloatArray]
     reader = sampler.reader(model.bone_lengths)
     at = np.array(sorted(poses))
     given = np.stack([np.asarray(poses[int(frame)], np.float64) for frame in at])
-    yaw = _heading_of(given[0], model)
+    yaw = float(heading(given[0], model.skeleton))
     start = given[0, 0] if at[0] == 0 else np.zeros(3)
     local = (given - start) @ yaw_to_rotmat(np.array(-yaw)).T
     vectors = local[:, 1:] - local[:, model.skeleton.parents[1:]]
@@ -223,7 +223,7 @@ def _windows(
         context = None if not len(joints) else joints[None, -given:]
         first = max(len(joints) - given, 0)
         place = start if context is None else context[0, 0, 0, [0, 2]]
-        turned = yaw if context is None else _heading_of(context[0, 0], model)
+        turned = yaw if context is None else float(heading(context[0, 0], model.skeleton))
         asked = np.arange(0 if context is None else given + every, card.window_frames, every)
         steering: Steering = steer(wishes(first, place, turned, asked))
         noise = generator.standard_normal((1, card.latent_size), dtype=np.float32)
@@ -244,12 +244,6 @@ def _between_hips(reader: CodeReader, frames: IntArray) -> tuple[FloatArray, Flo
         raise InputError(f"skeleton '{reader.skeleton.name}' does not say which joints are hips")
     rows, offset = reader.joints(frames, reader.skeleton.hips)
     return rows[:, 0] - rows[:, 1], offset[:, 0] - offset[:, 1]
-
-
-def _heading_of(pose: FloatArray, model: MotionModel) -> float:
-    """Angle about +y that turns +z to where a pose (J, 3) faces, radians."""
-    cos, sin = first_heading(np.asarray(pose)[None], model.skeleton)
-    return float(np.arctan2(sin, cos))
 
 
 def _as_motion(model: MotionModel, joints: FloatArray, action: str, seed: int, *, place: bool = True, **facts: object) -> Motion:

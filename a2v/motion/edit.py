@@ -93,7 +93,8 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     skeleton = _skeleton(motion)
     path = ground_path(motion)
     local = _transformed(np.linalg.inv(path.transforms()), motion.joints.astype(np.float64))
-    start, end = _closest_moments(local, _steps(path), motion.fps, fade, least)
+    moved = _steps(path)
+    start, end = _closest_moments(local, moved, motion.fps, fade, least)
     weight = _smoothstep(np.arange(1, fade + 1) / (fade + 1))
     inner, before = np.arange(start, end), np.arange(start - fade, start)
     quats = rotvec_to_quat(inverse_kinematics(local, skeleton))
@@ -101,8 +102,8 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     turned[-fade:] = _blend(quats[end - fade : end], quats[before], weight[:, None, None])
     height = local[inner, 0, 1]
     height[-fade:] += weight * (local[before, 0, 1] - height[-fade:])
-    steps = _steps(path)[inner]
-    steps[-fade:] += weight[:, None] * (_steps(path)[before] - steps[-fade:])
+    steps = moved[inner]
+    steps[-fade:] += weight[:, None] * (moved[before] - steps[-fade:])
     if in_place:
         steps -= _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)
     walked = _walk(steps)

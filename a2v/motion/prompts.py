@@ -22,6 +22,7 @@ from rapidfuzz import fuzz, process
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
+from a2v.motion.model import plain_name
 
 SYNONYMS = Path(__file__).parent / "synonyms.csv"
 
@@ -210,11 +211,11 @@ class Vocabulary:
         InputError
             Nothing comes near; the message names the five nearest.
         """
-        plain = {_plain(action): action for action in self.actions}
+        plain = {plain_name(action): action for action in self.actions}
         ranked = self.rank(text)
         others = tuple(action for action, _ in ranked[:6])
-        if _plain(text) in plain:
-            action = plain[_plain(text)]
+        if plain_name(text) in plain:
+            action = plain[plain_name(text)]
             return Match(text, action, 1.0, tuple(other for other in others if other != action)[:5])
         best, score = ranked[0]
         if score < LEAST_SCORE:
@@ -306,10 +307,6 @@ def _root(word: str) -> str:
     if len(word) > 4 and word.endswith("ly"):
         word = word[:-3] + "y" if word.endswith("ily") else word[:-2]
     return str(_stem(word))
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_-]+", "", name.lower())
 
 
 @cache

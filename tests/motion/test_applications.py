@@ -11,8 +11,9 @@ import torch
 
 from a2v.errors import InputError
 from a2v.kinematics import CMU, HUMANACT12, SKELETONS, bone_lengths, forward_kinematics
+from a2v.kinematics.ground import heading
 from a2v.motion import MotionModel
-from a2v.motion.applications import between, generated_dataset, heading, interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.applications import between, generated_dataset, interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.flow import FlowModel, FlowNetwork
 from a2v.motion.networks import VAESettings
 from a2v.motion.placement import body_parts, leg_length

@@ -1,10 +1,13 @@
 """The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
 
 A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`)
-and ``run(options) -> int``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
+and ``run(options) -> Answer``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
 is the module ``evaluate_reconstruction``; a command that only has such parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
 
-Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input; 130 Ctrl-C; 143 terminated.
+With ``--json`` standard output is one JSON object, of a failure too (`pipelines.answer`); what people read stays on standard error.
+
+Exit codes: 0 done; 1 a defect of a2v (with its traceback); 2 bad input, or something is missing here that the user can add; 130 Ctrl-C;
+141 nobody reads the output any more; 143 terminated.
 """
 
 from __future__ import annotations
@@ -19,14 +22,17 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import FrameType, ModuleType
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from a2v.errors import A2VError, InputError
 from a2v.io import printable, shorten, user_cache_folder
 from a2v.processes import import_folders, safe_children
+
+if TYPE_CHECKING:
+    from pipelines.answer import Answer
 
 COMMANDS = {
     "video": "a photo and an action to a video, a rigged character and its motion",
@@ -46,35 +52,79 @@ COMMANDS = {
 """Commands by name, and what they do; one is there when its module is."""
 
 
+JSON = "--json"
+"""What asks for one JSON object, anywhere behind ``a2v``."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    as_json = JSON in arguments and not {"-h", "--help", "--help-all"} & set(arguments)
+    arguments = [argument for argument in arguments if argument != JSON]
     if not sys.warnoptions and argv is None:  # libraries' warnings are for developers: python -W default shows them
         warnings.simplefilter("ignore")
         os.environ.setdefault("PYTHONWARNINGS", "ignore")  # in worker processes too
     before = signal.signal(signal.SIGTERM, _terminate) if argv is None else None
     try:
-        return _run(arguments) if argv is not None else _run_as_program(arguments)
-    except A2VError as error:
-        return _fail(str(error), 2)
-    except KeyboardInterrupt:
-        return _fail("interrupted; what was finished is remembered, the same command goes on from there", 130)
+        with _only_json(whole=argv is None) if as_json else contextlib.nullcontext():
+            answer = _run(arguments) if argv is not None else _run_as_program(arguments)
+        _say(answer, arguments, as_json)
+        return answer.code
     except BrokenPipeError:
         sys.stderr.close()
         return 141
-    except OSError as error:
-        place = f" ({shorten(str(error.filename))})" if error.filename else ""
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
-            return _fail(f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR", 2)
-        if error.filename:
-            return _fail(f"{error.strerror}{place}; give another name or folder", 2)
+    except (Exception, KeyboardInterrupt) as error:
+        if told := _sentence(error):
+            return _fail(*told, arguments, as_json)
+        if as_json:
+            print(_failure(arguments, f"a defect of a2v: {type(error).__name__}: {error}", 1))
         raise
     finally:
         if before is not None:
             signal.signal(signal.SIGTERM, before)
 
 
-def _run_as_program(arguments: list[str]) -> int:
+@contextlib.contextmanager
+def _only_json(*, whole: bool) -> Iterator[None]:
+    """Send what is printed in the block to standard error; of the `whole` program also what libraries and children print."""
+    if not whole:
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+        return
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _say(answer: Answer, arguments: Sequence[str], as_json: bool) -> None:
+    for text in answer.notes:
+        print(f"note: {printable(text)}", file=sys.stderr)
+    text = answer.as_json(_command_name(arguments)) if as_json else printable(answer.for_people())
+    if text:
+        print(text)
+
+
+def _sentence(error: BaseException) -> tuple[str, int] | None:
+    """What is said of an error that its user can do something about, and the exit code; None for a defect."""
+    if isinstance(error, A2VError):
+        return str(error), 2
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted; what was finished is remembered, the same command goes on from there", 130
+    if not isinstance(error, OSError):
+        return None
+    place = f" ({shorten(str(error.filename))})" if error.filename else ""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
+        return f"cannot write: {error.strerror}{place}; free some space or choose another --out, --cache or TMPDIR", 2
+    return (f"{error.strerror}{place}; give another name or folder", 2) if error.filename else None
+
+
+def _run_as_program(arguments: list[str]) -> Answer:
     """Run in a process of our own: nothing in the working folder is executed, here or in children, and caches stay with ours."""
     sys.path[:] = import_folders()
     if Path(".numba_config.yaml").exists():  # it may name the folder of a cache, and Numba unpickles what is there
@@ -115,9 +165,23 @@ def _terminate(number: int, frame: FrameType | None) -> None:
     raise SystemExit(143)
 
 
-def _fail(message: str, code: int) -> int:
-    print(printable(f"a2v: {' '.join(message.split())}"), file=sys.stderr)
+def _fail(message: str, code: int, arguments: Sequence[str], as_json: bool) -> int:
+    sentence = printable(" ".join(message.split()))
+    print(f"a2v: {sentence}", file=sys.stderr)
+    if as_json:
+        print(_failure(arguments, sentence, code))
     return code
+
+
+def _failure(arguments: Sequence[str], sentence: str, code: int) -> str:
+    from pipelines.answer import failure_as_json
+
+    return failure_as_json(_command_name(arguments), sentence, code)
+
+
+def _command_name(arguments: Sequence[str]) -> str:
+    """What was asked for: "video", "train flow"; empty where it is no command."""
+    return _own_command(arguments[0], arguments[1:]) if arguments and arguments[0] in COMMANDS else ""
 
 
 def available() -> dict[str, str]:
@@ -125,16 +189,16 @@ def available() -> dict[str, str]:
     return {name: text for name, text in COMMANDS.items() if importlib.util.find_spec(f"pipelines.commands.{name}")}
 
 
-def _run(arguments: list[str]) -> int:
+def _run(arguments: list[str]) -> Answer:
+    from pipelines.answer import Answer
+
     commands = available()
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        print(_overview(commands))
-        return 0 if arguments else 2
+        return Answer(text=_overview(commands), code=0 if arguments else 2)
     if arguments[0] in ("-V", "--version"):
         from a2v import __version__
 
-        print(f"a2v {__version__}")
-        return 0
+        return Answer(text=f"a2v {__version__}", facts={"version": __version__})
     name = arguments[0]
     if name not in commands:
         raise _unknown("command", name, commands)
@@ -145,7 +209,8 @@ def _run(arguments: list[str]) -> int:
         return _choose_subcommand(own, command, rest)
     from pipelines.options import parse
 
-    return int(command.run(parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES)))
+    answer: Answer = command.run(parse(command.Options, rest, command=own, about=command.HELP, examples=command.EXAMPLES))
+    return answer
 
 
 def _own_command(name: str, arguments: Sequence[str]) -> str:
@@ -156,15 +221,18 @@ def _own_command(name: str, arguments: Sequence[str]) -> str:
     return name
 
 
-def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str]) -> int:
+def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str]) -> Answer:
     """Show what the command consists of; an error if something else was asked for."""
+    from pipelines.answer import Answer
+
     if arguments and arguments[0] not in ("-h", "--help", "--help-all"):
         raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
-    print(f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)\n\n{command.HELP}\n")
-    print(f"{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}")
+    usage = f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)"
+    text = f"{usage}\n\n{command.HELP}\n\n{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}"
     if arguments:
+        print(text)
         raise SystemExit(0)  # as every command's help ends
-    return 2
+    return Answer(text=text, code=2)
 
 
 def _unknown(what: str, name: str, known: Collection[str]) -> InputError:
@@ -184,6 +252,8 @@ def _overview(commands: Mapping[str, str]) -> str:
 From an action's name and one photograph to a video of that person doing the action, in 3D.
 
 {_listed(commands)}
+
+Every command takes --json: one JSON object on standard output, for scripts. Exit codes: 0 done, 2 bad input, 1 a defect (docs/pipeline.md).
 
 examples:
   a2v actions --model cmu

@@ -264,14 +264,12 @@ class RunOptions:
         finally:
             bars.close()
 
-    def tell(self, outcome: Outcome, *, times: bool = True) -> None:
-        """Say on standard error what the nodes noted and, unless quiet, how long they took."""
+    def tell_times(self, outcome: Outcome) -> None:
+        """Say on standard error how long the nodes took, unless quiet."""
         from pipelines.report import table
 
-        if times and not self.quiet:
+        if not self.quiet:
             print(table(outcome), file=sys.stderr)
-        for text in outcome.notes:
-            print(f"note: {text}", file=sys.stderr)
 
 
 # --- the same in Python

@@ -110,6 +110,8 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     except Exception as error:  # of a --config that is no text, too deep, or means something else
         raise InputError(f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help") from None
     _check_seeds(found)
+    if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
+        raise InputError("json is no setting of a file; give --json on the command line")
     return _made(kind, found)
 
 
@@ -126,9 +128,10 @@ def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) 
     parser = jsonargparse.ArgumentParser(
         prog=prog, description=about, epilog=examples, formatter_class=_Formatter, exit_on_error=False, parser_mode=_MODE
     )
-    rare = {"print_config", *_add(parser, kind)}
+    rare = {"print_config", "json", *_add(parser, kind)}
     parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
-    if any(action.dest in rare for action in parser._actions if action.dest != "print_config"):
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output: files, facts or the error")
+    if not rare.isdisjoint(action.dest for action in parser._actions if action.dest not in ("print_config", "json")):
         parser.add_argument("--help_all", action="store_true", help="every setting, those of the stages too")
     for action in parser._actions:
         if not everything and any(action.dest == name or action.dest.startswith(f"{name}.") for name in rare):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from a2v.io import sha256
+from pipelines.answer import plain
 from pipelines.executors import cpu_count
 from pipelines.run import Outcome
 
@@ -84,21 +85,6 @@ def versions() -> dict[str, str]:
     except (OSError, subprocess.CalledProcessError):
         pass
     return found
-
-
-def plain(value: Any) -> Any:
-    """`value` as JSON: dataclasses and mappings as objects, paths as text."""
-    import dataclasses
-
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(item) for item in value]
-    if value is None or isinstance(value, str | int | float | bool):
-        return value
-    return str(value)
 
 
 def table(outcome: Outcome) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
+from pipelines.answer import Answer
 from pipelines.inputs import check_writable
 
 
@@ -33,6 +34,11 @@ def write_table(path: Path, parts: Iterable[str], content: Mapping[str, object])
         temporary.write_text(joined, encoding="utf-8")
     write_numbers(path, content)
     return joined
+
+
+def table_result(path: Path, text: str, content: Mapping[str, object]) -> Answer:
+    """What a measuring command gives back of what `write_table` wrote."""
+    return Answer(files=[path, path.with_suffix(".json")], text=f"{text}\n{path}", facts={"numbers": content})
 
 
 def write_numbers(path: Path, content: Mapping[str, object]) -> None:

@@ -335,7 +335,8 @@ def test_the_cache_shows_and_trims(tmp_path, capsys):
 
 
 def test_messages_are_json_safe_reports(tmp_path):
-    from pipelines.report import plain, versions
+    from pipelines.answer import plain
+    from pipelines.report import versions
 
     assert json.dumps(plain({"path": tmp_path, "values": (1, 2.5, None, True)}))
     assert {"python", "numpy"} <= set(versions())

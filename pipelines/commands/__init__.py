@@ -1,1 +1,1 @@
-"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) -> int``."""
+"""The commands of ``a2v``, one module each: ``HELP``, ``EXAMPLES``, ``Options``, ``run(options) -> Answer``."""

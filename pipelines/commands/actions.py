@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from a2v.motion import MotionModel
 from a2v.motion.prompts import Vocabulary
+from pipelines.answer import Answer
 from pipelines.inputs import MODEL
 from pipelines.options import option
 
@@ -28,9 +29,8 @@ class Options:
     find: str = option("words to look for", default="", metavar="TEXT")
 
 
-def run(options: Options) -> int:
-    """Print the names, all of them or those nearest to some words."""
+def run(options: Options) -> Answer:
+    """The names, all of them or those nearest to some words."""
     model = MotionModel.load(options.model)
     ranked = [name for name, score in Vocabulary.of(model.card).rank(options.find)[:SHOWN] if score > 0] if options.find else model.actions
-    print("\n".join(ranked))
-    return 0
+    return Answer(text="\n".join(ranked), facts={"model": options.model, "actions": ranked})

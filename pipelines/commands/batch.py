@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipelines.answer import Answer
 from pipelines.batch.results import is_over, write_job, write_tables
 from pipelines.batch.rows import read_rows
 from pipelines.batch.schedule import Schedule, Watch
@@ -53,8 +54,8 @@ class Options:
     running: RunOptions = group(RunOptions)
 
 
-def run(options: Options) -> int:
-    """Do the jobs that are left; print the page's path last."""
+def run(options: Options) -> Answer:
+    """Do the jobs that are left; the page first."""
     limit = parse_size(options.limit_memory) if options.limit_memory else None
     rows = read_rows(options.jobs, options.motion, options.look)
     out, store = check_writable(options.out), _store(options.running.cache)
@@ -77,8 +78,8 @@ def run(options: Options) -> int:
         f"{out} holds {counts['done']} videos and {counts['failed']} failures",
         file=sys.stderr,
     )
-    print(out / "index.html")
-    return 0
+    numbers = {"jobs": len(rows), "over_before": len(jobs) - len(left), "made": book.made, "failed": book.failed}
+    return Answer(files=[out / "index.html", out / "results.csv"], text=str(out / "index.html"), facts=numbers)
 
 
 def _store(cache: str | None) -> Store:
@@ -121,7 +122,9 @@ class _Book:
 
     def tick(self, watch: Watch) -> None:
         """Show how far it is; write the tables now and then."""
-        self._shown.update(self.made + self.failed, watch.remaining(), f"{watch.left['person']} people, {watch.left['motion']} motions left")
+        self._shown.update(
+            self.made + self.failed, watch.remaining(), f"{watch.left['person']} people, {watch.left['motion']} motions left"
+        )
         if time.monotonic() > self._next:
             begun = time.monotonic()
             write_tables(self._out)

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from a2v.errors import InputError
+from pipelines.answer import Answer
 from pipelines.options import flag, option
 from pipelines.store import Store
 
@@ -42,13 +43,14 @@ def parse_size(text: str) -> int:
     return int(float(found.group(1)) * _UNITS[unit])
 
 
-def run(options: Options) -> int:
+def run(options: Options) -> Answer:
     """Trim if asked to, then show."""
-    store = Store(options.cache)
+    store, lines, facts = Store(options.cache), [], {}
     if options.clear or options.trim is not None:
         removed = store.trim(0 if options.clear or options.trim is None else parse_size(options.trim), everything=options.clear)
-        print(f"removed {removed / 1e6:.1f} MB")
-    print(f"store: {store.folder}")
-    for name, (count, size) in store.usage().items():
-        print(f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB")
-    return 0
+        lines.append(f"removed {removed / 1e6:.1f} MB")
+        facts["removed_bytes"] = removed
+    usage = store.usage()
+    lines += [f"store: {store.folder}", *(f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB" for name, (count, size) in usage.items())]
+    kept = {name: {"files": count, "bytes": size} for name, (count, size) in usage.items()}
+    return Answer(text="\n".join(lines), facts={"store": store.folder, "kept": kept, **facts})

@@ -12,6 +12,7 @@ from a2v.formats.gltf import VrmMeta, write_morph_glb
 from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character
+from pipelines.answer import Answer
 from pipelines.graph import video_graph
 from pipelines.inputs import MODEL, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
@@ -59,8 +60,8 @@ class Options:
     running: RunOptions = group(RunOptions)
 
 
-def run(options: Options) -> int:
-    """Make the character and its clips; print the path last."""
+def run(options: Options) -> Answer:
+    """Make the character and its clips."""
     path = Path(options.out)
     wanted = _wanted(options, path)
     avatar = _avatar(options, path)
@@ -72,6 +73,7 @@ def run(options: Options) -> int:
     ]
     check_writable(path.parent)
     clips, character, exact = {}, None, None
+    written, notes = [path], list[str]()
     targets = ["character", "poses", *(["posed"] if options.exact else [])]
     for (name, file), moving in zip(wanted.items(), parameters, strict=True):
         outcome = options.running.run(targets, moving | photo, graph=video_graph(recorded=file is not None))
@@ -79,18 +81,16 @@ def run(options: Options) -> int:
         clips[name] = (poses.bone_transforms, poses.fps)
         if options.exact:
             exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
-        options.running.tell(outcome, times=False)
+        notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
     if exact is not None:
         name = next(iter(wanted))
         write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
     elif avatar is not None:
-        for beside in write_avatar(path, character, clips, options.rigging, avatar)[1:]:
-            print(beside)
+        written = write_avatar(path, character, clips, options.rigging, avatar)
     else:
         write_character(path, *options.rigging.prepare(character, clips), FORMATS)
-    print(path)
-    return 0
+    return Answer(files=written, notes=notes, facts={"clips": list(clips)})
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
+from pipelines.answer import Answer
 from pipelines.drawing import draw
 from pipelines.graph import video_graph
 from pipelines.options import option
@@ -22,8 +24,7 @@ class Options:
     drawer: str = option("auto: Graphviz' dot where it is installed", default="auto", choices=("auto", "dot", "matplotlib"))
 
 
-def run(options: Options) -> int:
-    """Draw and print the path."""
+def run(options: Options) -> Answer:
+    """Draw."""
     draw(video_graph(), options.out, drawer=options.drawer)
-    print(options.out)
-    return 0
+    return Answer(files=[Path(options.out)])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.datasets import DATASETS
+from pipelines.answer import Answer
 from pipelines.motion_data import NAMES, DataOptions
 from pipelines.options import option
 
@@ -25,21 +26,28 @@ class Options(DataOptions):
     dataset: str = option(NAMES, names=("dataset",), choices=DATASETS)
 
 
-def run(options: Options) -> int:
-    """Load every clip (which checks it) and print a summary."""
+def run(options: Options) -> Answer:
+    """Load every clip (which checks it) and sum up."""
     found = options.open()
     lengths = np.array([len(joints) for joints in found.joints])
-    print(f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects")
-    print(f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints")
-    print(
-        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than {found.length} (they hold their last pose)"
-    )
-    if not found.trajectory:
-        print("no trajectory: the roots do not travel (decoders lie and plain only)")
-    for note in found.notes:
-        print(note)
-    print(f"digest: {found.digest}")
-    for label, action in enumerate(found.actions):
-        clips = lengths[found.labels == label]
-        print(f"  {label:>2} {action:<20} {len(clips):>5} clips {clips.sum():>7} frames")
-    return 0
+    counts = {action: lengths[found.labels == label] for label, action in enumerate(found.actions)}
+    lines = [
+        f"{found.name}: {len(found)} clips, {lengths.sum()} frames at {found.fps:g} fps, {len(set(found.subjects))} subjects",
+        f"skeleton: {found.skeleton.name}, {len(found.skeleton.parents)} joints",
+        f"frames a clip: {lengths.min()} to {lengths.max()}, median {np.median(lengths):g}; {int((lengths < found.length).sum())} shorter than "
+        f"{found.length} (they hold their last pose)",
+        *([] if found.trajectory else ["no trajectory: the roots do not travel (decoders lie and plain only)"]),
+        *found.notes,
+        f"digest: {found.digest}",
+        *(
+            f"  {label:>2} {action:<20} {len(clips):>5} clips {clips.sum():>7} frames"
+            for label, (action, clips) in enumerate(counts.items())
+        ),
+    ]
+    facts = {
+        "dataset": found.name, "clips": len(found), "frames": int(lengths.sum()), "fps": float(found.fps), "digest": found.digest,
+        "subjects": sorted(set(found.subjects)), "skeleton": found.skeleton.name, "joints": len(found.skeleton.parents),
+        "trajectory": found.trajectory, "remarks": list(found.notes),
+        "actions": {action: {"clips": len(clips), "frames": int(clips.sum())} for action, clips in counts.items()},
+    }  # fmt: skip
+    return Answer(text="\n".join(lines), facts=facts)

@@ -30,12 +30,13 @@ from a2v.evaluation.protocol import (
 )
 from a2v.evaluation.training import FILE, ClassifierSettings
 from a2v.motion import MotionModel
+from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.commands.train_classifier import run_classifier
 from pipelines.inputs import MODEL
 from pipelines.motion_data import DataOptions, hold_out
 from pipelines.options import group, option, settings
-from pipelines.tables import table_path, write_numbers, write_table
+from pipelines.tables import table_path, table_result, write_numbers, write_table
 
 HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversity and multimodality beside real motions."
 EXAMPLES = """examples:
@@ -123,8 +124,8 @@ def open_models(names: Sequence[str], dataset: ActionDataset) -> dict[str, Motio
     return models
 
 
-def run(options: Options) -> int:
-    """Measure; print the tables."""
+def run(options: Options) -> Answer:
+    """Measure."""
     out, protocol = table_path(options.out), options.protocol
     dataset = options.open()
     training, unseen = hold_out(dataset, options.held_out)
@@ -155,9 +156,7 @@ def run(options: Options) -> int:
             "subjects": sorted(set(unseen.subjects)), "clips": len(unseen), "sha256": unseen.digest, "training_sha256": training.digest,
             "scores": scores_as_dict(against),
         }  # fmt: skip
-    print(write_table(out, text, content))
-    print(out)
-    return 0
+    return table_result(out, write_table(out, text, content), content)
 
 
 class _Table:

@@ -27,9 +27,10 @@ from a2v.evaluation.reconstruction import (
 from a2v.io import atomic_path
 from a2v.reconstruction.backends import backend_digest
 from a2v.studio.studio import Studio
+from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.options import group, option
-from pipelines.tables import table_path, write_table
+from pipelines.tables import table_path, table_result, write_table
 
 HELP = (
     "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colours, time, memory."
@@ -62,8 +63,8 @@ class Options:
     protocol: BenchmarkSettings = group(BenchmarkSettings)
 
 
-def run(options: Options) -> int:
-    """Measure; print the tables."""
+def run(options: Options) -> Answer:
+    """Measure."""
     out, protocol = table_path(options.out), options.protocol
     methods = [Method.parse(name.strip(), options.weights) for name in options.methods.split(",")]
     for method in methods:
@@ -88,14 +89,13 @@ def run(options: Options) -> int:
     for method in methods:
         if method.coloring == "ours":
             text += [f"## {method.name}", *(group_table(outcomes, method.name, by) for by in ("identity", "outfit"))]
-    written = write_table(out, text, report(outcomes, memory, protocol, studio))
+    content = report(outcomes, memory, protocol, studio)
+    written = write_table(out, text, content)
     if options.sheet:
         sheet = stack_rows([measured.sheet(outcome.index, methods) for outcome in good[: options.sheet]])
         with atomic_path(out.with_suffix(".jpg")) as temporary:
             cv2.imwrite(str(temporary), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
-    print(written)
-    print(out)
-    return 0
+    return table_result(out, written, content)
 
 
 def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]) -> list[Outcome]:

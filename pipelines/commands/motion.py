@@ -23,6 +23,7 @@ from a2v.motion.prompts import Step, Vocabulary, explain, parse_prompt
 from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
+from pipelines.answer import Answer
 from pipelines.inputs import MODEL, check_writable
 from pipelines.options import flag, option
 from pipelines.rigs import IN_PLACE, ROOT_MOTION, RigOptions, write_rigged_motion
@@ -55,7 +56,9 @@ FORMATS = (*MOTION_FORMATS, *DRAWN_FORMATS)
 class Options:
     """What the command takes."""
 
-    action: str = option("what to do, by name or in words; several with commas or 'then' follow each other, a pattern with * makes one clip each")
+    action: str = option(
+        "what to do, by name or in words; several with commas or 'then' follow each other, a pattern with * makes one clip each"
+    )
     model: str = option(MODEL, default="cmu")
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
     count: int = option("clips", default=1)
@@ -69,7 +72,9 @@ class Options:
     start_frames: int | None = option("how many of its first poses; all by default", default=None)
     interpolate: int = option("rows between the motions of --seed and --to-seed", default=0)
     to_seed: int | None = option("seed of the last row; --seed + 1 by default", default=None)
-    rig: str | None = option(f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG")
+    rig: str | None = option(
+        f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG"
+    )
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     path: str | None = option("walk along this: points 'x,z x,z ...' in metres, or a .csv of two columns", default=None)
     pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None)
@@ -85,8 +90,8 @@ MAX_FRAMES = 1_500_000
 """Frames of all clips together: about a gigabyte."""
 
 
-def run(options: Options) -> int:
-    """Generate; print the paths."""
+def run(options: Options) -> Answer:
+    """Generate."""
     path = Path(options.out)
     if options.count * max(options.frames, 1) > MAX_FRAMES:
         raise InputError(f"{options.count} clips of {options.frames} frames; expected at most {MAX_FRAMES:,} frames in all")
@@ -99,13 +104,11 @@ def run(options: Options) -> int:
         content = native(model, options)
         check_writable(path.parent)
         write_npz(path, content)
-        print(path)
-        return 0
+        return Answer(files=[path])
     made = edited(generate(model, options), options)
     check_writable(path.parent)
-    for target in write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged):
-        print(target)
-    return 0
+    written = write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged)
+    return Answer(files=written, facts={"action": made.action, "frames": made.frames, "fps": float(made.fps)})
 
 
 def _rigged(options: Options, path: Path) -> RigOptions | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import InputError
+from pipelines.answer import Answer
 from pipelines.inputs import CharacterStages, PhotoOptions, RunOptions, check_writable
 from pipelines.options import group, option
 from pipelines.outputs import write_blob
@@ -30,8 +31,8 @@ class Options:
     running: RunOptions = group(RunOptions)
 
 
-def run(options: Options) -> int:
-    """Reconstruct; print the path last."""
+def run(options: Options) -> Answer:
+    """Reconstruct."""
     path = Path(options.out)
     if path.suffix.lower() != ".glb":
         raise InputError(f"cannot write {path}; expected a name that ends in .glb")
@@ -39,6 +40,5 @@ def run(options: Options) -> int:
     parameters = options.photo.parameters(Store(options.running.cache), options.stages)
     outcome = options.running.run("still", parameters, start=options.start)
     write_blob(outcome, outcome.values["still"], path)
-    options.running.tell(outcome)
-    print(path)
-    return 0
+    options.running.tell_times(outcome)
+    return Answer(files=[path], notes=outcome.notes)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from a2v.studio.dataset import write_views
 from a2v.studio.settings import StudioSettings
+from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.options import group, option
 
@@ -31,10 +33,10 @@ class Options:
     studio: StudioSettings = group(StudioSettings)
 
 
-def run(options: Options) -> int:
+def run(options: Options) -> Answer:
     """Fill the folder; validation views first."""
     counts = {"validation": options.validation, "training": options.training}
     with bar("views", "view") as progress:
         rate = write_views(options.out, options.data, counts, settings=options.studio, workers=options.workers, progress=progress)
-    print(f"{options.out}: {options.training} training and {options.validation} validation views; {rate:.2f} new ones a second")
-    return 0
+    text = f"{options.out}: {options.training} training and {options.validation} validation views; {rate:.2f} new ones a second"
+    return Answer(files=[Path(options.out)], text=text, facts={"views": counts, "new_a_second": rate})

@@ -17,6 +17,7 @@ from a2v.io import atomic_path
 from a2v.motion import MotionModel
 from a2v.motion.model import plain_name
 from a2v.types import Motion
+from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.inputs import MODEL
 from pipelines.options import group, option
@@ -50,8 +51,8 @@ class Options:
     survey: SurveySettings = group(SurveySettings)
 
 
-def run(options: Options) -> int:
-    """Write the page, or print the table."""
+def run(options: Options) -> Answer:
+    """Write the page, or count the answers."""
     if options.analyse:
         return _analyse(options)
     if options.out is None:
@@ -60,9 +61,7 @@ def run(options: Options) -> int:
     sources = _sources(options, chosen.preference + chosen.real_or_fake)
     with bar("survey", "clip") as progress:
         key = write_survey(options.out, sources, chosen, progress=progress)
-    print(options.out)
-    print(key)
-    return 0
+    return Answer(files=[Path(options.out), Path(key)])
 
 
 def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motion]]]:
@@ -134,7 +133,7 @@ def _real_clips(name: str, options: Options, questions: int) -> tuple[dict[str, 
     return clips, lengths
 
 
-def _analyse(options: Options) -> int:
+def _analyse(options: Options) -> Answer:
     if options.key is None:
         raise InputError("give --key: the .key.json that was written beside the page")
     out = None if options.out is None else Path(options.out)
@@ -143,11 +142,11 @@ def _analyse(options: Options) -> int:
     key = read_key(options.key)
     result = analyse(key, [read_answers(path, key) for path in options.analyse])
     table = survey_table(result)
-    print(table)
+    text, files = table, []
     if out is not None:
         with atomic_path(out) as temporary:
             temporary.write_text(f"# {key['title']}\n\n{table}\n", encoding="utf-8")
         with atomic_path(out.with_suffix(".json")) as temporary:
             temporary.write_text(json.dumps(result.as_dict() | {"survey": key["survey"]}, indent=1), encoding="utf-8")
-        print(out)
-    return 0
+        text, files = f"{table}\n{out}", [out, out.with_suffix(".json")]
+    return Answer(text=text, files=files, facts=result.as_dict())

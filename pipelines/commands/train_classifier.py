@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.datasets import ActionDataset
 from a2v.evaluation.classifier import Evaluator
 from a2v.evaluation.training import FILE, ClassifierSettings, train_classifier
+from pipelines.answer import Answer
 from pipelines.motion_data import hold_out
 from pipelines.options import settings
 from pipelines.training import RESUMES, LearningOptions, training_bar
@@ -27,16 +29,17 @@ class Options(LearningOptions):
     classifier: ClassifierSettings = settings(ClassifierSettings)
 
 
-def run(options: Options) -> int:
-    """Train; print the file's path."""
+def run(options: Options) -> Answer:
+    """Train."""
     training, unseen = hold_out(options.open(), options.held_out or "auto")
-    run_classifier(training, unseen, Path(options.out), options.classifier)
-    print(Path(options.out) / FILE)
-    return 0
+    path = Path(options.out) / FILE
+    evaluator = run_classifier(training, unseen, path.parent, options.classifier)
+    facts = {} if unseen is None else {"held_out_accuracy": evaluator.info["held_out_accuracy"]}
+    return Answer(files=[path], facts=facts)
 
 
 def run_classifier(training: ActionDataset, unseen: ActionDataset | None, out: Path, chosen: ClassifierSettings) -> Evaluator:
-    """Train a classifier with a bar; print its accuracy on the clips of `unseen`, if any."""
+    """Train a classifier with a bar; says on standard error its accuracy on the clips of `unseen`, if any."""
     with training_bar(f"{training.name} classifier", chosen.iterations) as show:
 
         def on_log(row: dict[str, float]) -> None:
@@ -50,5 +53,6 @@ def run_classifier(training: ActionDataset, unseen: ActionDataset | None, out: P
             if not set(people) & set(training.subjects)
             else "of the same people"
         )
-        print(f"accuracy on {len(unseen)} clips {who}, not learned from: {evaluator.info['held_out_accuracy']:.3f}")
+        accuracy = evaluator.info["held_out_accuracy"]
+        print(f"accuracy on {len(unseen)} clips {who}, not learned from: {accuracy:.3f}", file=sys.stderr)
     return evaluator

@@ -8,6 +8,7 @@ from pathlib import Path
 from a2v.motion.flow import GUIDANCE, FlowSettings
 from a2v.motion.flow_training import train_flow
 from export.flow import export_flow
+from pipelines.answer import Answer
 from pipelines.options import option, settings
 from pipelines.training import RESUMES, MotionModelOptions, training_bar
 
@@ -31,8 +32,8 @@ class Options(MotionModelOptions):
     flow: FlowSettings = settings(FlowSettings)
 
 
-def run(options: Options) -> int:
-    """Train and export; print the exported file's path."""
+def run(options: Options) -> Answer:
+    """Train and export."""
     chosen = options.flow
     dataset, unseen = options.learned_part()
     out = Path(options.out)
@@ -53,5 +54,4 @@ def run(options: Options) -> int:
         guided_until=options.guided_until,
         temperature=options.temperature,
     )
-    print(out / "motion.onnx")
-    return 0
+    return Answer(files=[out / "motion.onnx"])

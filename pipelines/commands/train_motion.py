@@ -10,6 +10,7 @@ from a2v.evaluation.monitor import quick_scores
 from a2v.motion.networks import VAESettings
 from a2v.motion.training import TrainSettings, VAETraining, train
 from export.motion import export_motion
+from pipelines.answer import Answer
 from pipelines.options import group, option, settings
 from pipelines.training import RESUMES, MotionModelOptions, training_bar
 
@@ -33,8 +34,8 @@ class Options(MotionModelOptions):
     vae: VAESettings = settings(VAESettings)
 
 
-def run(options: Options) -> int:
-    """Train and export; print the exported file's path."""
+def run(options: Options) -> Answer:
+    """Train and export."""
     chosen, vae = options.training, options.vae
     dataset, unseen = options.learned_part()
     evaluator = load_evaluator(options.evaluator) if options.evaluator else None
@@ -59,5 +60,4 @@ def run(options: Options) -> int:
         temperature=options.temperature,
         extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}} | unseen,
     )
-    print(out / "motion.onnx")
-    return 0
+    return Answer(files=[out / "motion.onnx"])

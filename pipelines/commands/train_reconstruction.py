@@ -10,6 +10,7 @@ from a2v.errors import InputError
 from a2v.reconstruction.implicit.networks import NetworkSettings
 from a2v.reconstruction.implicit.training import STAGES, ReconstructionSettings, Stage, train_reconstruction
 from export.reconstruction import export_reconstruction
+from pipelines.answer import Answer
 from pipelines.options import option, settings
 from pipelines.training import RESUMES, Show, training_bar
 
@@ -33,8 +34,8 @@ class Options:
     person: ReconstructionSettings = settings(ReconstructionSettings)
 
 
-def run(options: Options) -> int:
-    """Train and export; print the paths of what was exported."""
+def run(options: Options) -> Answer:
+    """Train and, where all networks are there, export."""
     stages = [name.strip() for name in options.stages.split(",")]
     if unknown := [name for name in stages if name not in STAGES]:
         raise InputError(f"unknown stage '{unknown[0]}'; choose from {', '.join(STAGES)}")
@@ -47,8 +48,5 @@ def run(options: Options) -> int:
 
             train_reconstruction(cast(Stage, stage), options.data, out, network=options.network, settings=chosen, on_log=on_log)
     if all((out / stage).is_dir() for stage in STAGES):
-        for path in export_reconstruction(out, out, licence=options.licence, extra={"training": vars(chosen)}):
-            print(path)
-    else:
-        print(out)
-    return 0
+        return Answer(files=export_reconstruction(out, out, licence=options.licence, extra={"training": vars(chosen)}))
+    return Answer(files=[out])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
+from pipelines.answer import Answer
 from pipelines.graph import Parameters, check_names, outputs_of, video_graph
 from pipelines.inputs import LookOptions, MotionOptions, MovingStages, PhotoOptions, RunOptions, check_writable
 from pipelines.options import flag, group, option
@@ -49,8 +50,8 @@ class Options:
     running: RunOptions = group(RunOptions)
 
 
-def run(options: Options) -> int:
-    """Make the video; print its path last."""
+def run(options: Options) -> Answer:
+    """Make the video."""
     graph = video_graph(recorded=options.motion.motion is not None)
     check_names(graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node")
     store, stages = Store(options.running.cache), options.stages
@@ -68,15 +69,14 @@ def run(options: Options) -> int:
     views = parameters["render"].views
     written = write_node(outcome, options.only, out, views) if options.only else write_results(outcome, out, views, options.rigging)
     written += write_node(outcome, "frame", out, views) if transparent else []
-    _write_report(options, parameters, outcome, written)
-    options.running.tell(outcome)
+    report = _write_report(options, parameters, outcome, written)
+    options.running.tell_times(outcome)
     if not written:
         raise InputError(f"{options.only} gave nothing to write")
-    print(written[0])
-    return 0
+    return Answer(files=[*written, report], text=str(written[0]), notes=outcome.notes, facts={"seconds": round(outcome.seconds, 3)})
 
 
-def _write_report(options: Options, parameters: Parameters, outcome: Outcome, written: list[Path]) -> None:
+def _write_report(options: Options, parameters: Parameters, outcome: Outcome, written: list[Path]) -> Path:
     """Write ``report.json``: what was set (the values in force, files by name), read and written."""
     motion, running = options.motion, options.running
     files = {
@@ -93,5 +93,7 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     stages = {name: value for name, value in parameters.items() if name in names}
     described = {**set_, "photo": Path(options.photo.photo).name, **stages}
     report = make_report(outcome, command="video", parameters=described, inputs=inputs, outputs=written)
-    with atomic_path(Path(options.out) / "report.json") as temporary:
+    path = Path(options.out) / "report.json"
+    with atomic_path(path) as temporary:
         temporary.write_text(json.dumps(report, indent=2) + "\n")
+    return path

@@ -1,0 +1,68 @@
+"""What a command gives back: printed for people, or as one JSON object for scripts (``--json``)."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import numbers
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a command gave.
+
+    Attributes
+    ----------
+    files : sequence of Path
+        What was written, the main one first.
+    facts : mapping
+        What was found out, by name: what JSON can hold, paths and dataclasses.
+    notes : sequence of str
+        What the user should know of how it went.
+    text : str or None
+        What people read instead of `files`, a path a line.
+    code : int
+        The exit code.
+    """
+
+    files: Sequence[Path] = ()
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+    text: str | None = None
+    code: int = 0
+
+    def for_people(self) -> str:
+        """What is printed on standard output."""
+        return "\n".join(map(str, self.files)) if self.text is None else self.text
+
+    def as_json(self, command: str) -> str:
+        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes`` and the facts."""
+        known = {"command": command, "exit_code": self.code, "files": self.files, "notes": self.notes}
+        return json.dumps(plain({**known, **self.facts}), indent=2)
+
+
+def failure_as_json(command: str, message: str, code: int) -> str:
+    """One JSON object: ``command``, ``exit_code`` and ``error``, a sentence."""
+    return json.dumps({"command": command, "exit_code": code, "error": message}, indent=2)
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON: dataclasses and mappings as objects, paths as text."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if value is None or isinstance(value, str | bool):
+        return value
+    if isinstance(value, numbers.Integral):  # numpy's too
+        return int(value)
+    if isinstance(value, numbers.Real):
+        return float(value) if math.isfinite(value) else None  # JSON has neither NaN nor infinity
+    return str(value)

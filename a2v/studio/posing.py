@@ -57,7 +57,7 @@ def open_pose(generator: np.random.Generator) -> Pose:
         up = np.radians(raised + generator.normal(0, 5))
         forward = np.radians(generator.normal(3, 6))
         upper = np.array([sign * np.sin(up), -np.cos(up), np.sin(forward)])
-        pose |= _arm_towards(side, sign, upper, upper + np.array([0, 0, abs(generator.normal(0.05, 0.06))]))
+        pose |= arm_towards(side, sign, upper, upper + np.array([0, 0, abs(generator.normal(0.05, 0.06))]))
         pose |= _fingers(generator, side, sign, most=20.0)
     pose |= _legs(generator)
     return pose
@@ -100,14 +100,17 @@ def _arm(generator: np.random.Generator, side: str, sign: float, style: str) -> 
         upper = np.array([np.sin(out), -np.cos(out), generator.uniform(-0.1, 0.3)])
         fore = np.array([generator.uniform(-0.4, 0.7), generator.uniform(0.2, 1.0), generator.uniform(0.1, 0.5)])
     mirror = np.array([sign, 1.0, 1.0])
-    pose = _arm_towards(side, sign, upper * mirror, fore * mirror)
+    pose = arm_towards(side, sign, upper * mirror, fore * mirror)
     # the palm turns: mostly towards the thigh, sometimes to the back or the front
     pose[f"{side}Hand"] = np.radians([generator.normal(0, 22), generator.normal(0, 8), sign * generator.normal(-5, 10)])
     return pose
 
 
-def _arm_towards(side: str, sign: float, upper: FloatArray, fore: FloatArray) -> Pose:
-    """Rotations that point an arm of the T-pose along `upper` and its forearm along `fore`, in the axes of the chest."""
+def arm_towards(side: str, sign: float, upper: FloatArray, fore: FloatArray) -> Pose:
+    """Rotations that point the `side`'s arm of the T-pose along `upper` (3,) and its forearm along `fore` (3,), in the axes of the chest.
+
+    `sign` is 1 for the left arm and -1 for the right one.
+    """
     rest = np.array([sign, 0.0, 0.0])
     rest_axis = np.array([0.0, -sign, 0.0])  # a forearm that bends forward turns about this
     upper, fore = _unit(np.asarray(upper, np.float64)), _unit(np.asarray(fore, np.float64))

@@ -17,6 +17,7 @@ from a2v.studio.guide_errors import disturb, girth_errors
 from a2v.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
 from a2v.studio.settings import StudioSettings
 from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
+from a2v.studio.stances import draw_stance
 from a2v.studio.variation import Build, Wardrobe, find_clothes, rebuild, recolor
 from a2v.studio.view import PHOTO_SIZE
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Surface
@@ -133,8 +134,10 @@ def draw_scene(
     library: PoseLibrary,
     settings: StudioSettings,
     generator: np.random.Generator,
+    *,
+    stance: str = "",
 ) -> Scene:
-    """Draw build, clothes, pose, camera and the guide's errors.
+    """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
     Parameters
     ----------
@@ -144,17 +147,16 @@ def draw_scene(
     guide : Guide
         Of the avatar's sex and outfit.
     library : PoseLibrary
-        Recorded actions.
     settings : StudioSettings
     generator : numpy Generator
-        The same state gives the same scene.
+    stance : str
+        Of `STANCES`, instead of the poses of the settings.
     """
     plain = prepared.avatar
     build = Build.draw(generator)
     avatar = rebuild(plain, build)
     texture = recolor(plain.texture, prepared.clothes, generator)
-    pose, name = _draw_pose(library, settings, generator)
-    yaw = generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180)
+    pose, name, yaw = _draw_pose(library, settings, generator, stance)
     transforms = _turn_about_vertical(avatar.bone_transforms(pose), yaw)
     person = avatar.skin(transforms)
     shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
@@ -170,10 +172,8 @@ def draw_scene(
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
     scale = settings.fill * PHOTO_SIZE / float((most - least).max()) / factor
     vertices = (factor * (seen - origin)).astype(np.float32)
-    surface = Surface(
-        vertices=vertices, faces=plain.faces, colors=dataclasses.replace(plain, texture=texture).vertex_colors(), uv=plain.uv, texture=texture,
-        provenance={"avatar": plain.name, "pose": name},
-    )  # fmt: skip
+    colors, made = dataclasses.replace(plain, texture=texture).vertex_colors(), {"avatar": plain.name, "pose": name}
+    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=texture, provenance=made)
     return Scene(
         surface=surface,
         parts=plain.parts,
@@ -188,15 +188,21 @@ def draw_scene(
     )
 
 
-def _draw_pose(library: PoseLibrary, settings: StudioSettings, generator: np.random.Generator) -> tuple[Pose, str]:
-    """A pose and its name."""
+def _draw_pose(library: PoseLibrary, settings: StudioSettings, generator: np.random.Generator, stance: str) -> tuple[Pose, str, float]:
+    """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty."""
+    if stance:
+        pose, yaw = draw_stance(stance, generator)
+        return pose, stance, yaw
     kind = generator.random()
     if kind < settings.actions:
         index = int(generator.integers(len(library.actions)))
-        return joint_noise(library.pose(index), generator), library.actions[index]
-    if kind < settings.actions + settings.open:
-        return joint_noise(open_pose(generator), generator), "open"
-    return joint_noise(natural_pose(generator), generator), "natural"
+        pose, name = library.pose(index), library.actions[index]
+    elif kind < settings.actions + settings.open:
+        pose, name = open_pose(generator), "open"
+    else:
+        pose, name = natural_pose(generator), "natural"
+    pose = joint_noise(pose, generator)
+    return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
 
 
 def _draw_camera(person: FloatArray, settings: StudioSettings, generator: np.random.Generator) -> PhotoFrame:

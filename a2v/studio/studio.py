@@ -95,34 +95,47 @@ class Studio:
         """
         return self._path(split, index).stem
 
-    def scene(self, split: str, index: int) -> Scene:
+    def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "") -> Scene:
         """The person and the guide of a view; the same numbers give the same scene.
+
+        Parameters
+        ----------
+        avatar : str
+            Who is photographed, instead of whom the number says: it depends on how many avatars there are.
+        stance : str
+            A class of `STANCES` that the pose is drawn from.
 
         Raises
         ------
         InputError
-            No avatar belongs to the split, its file is broken, or it has no guide.
+            No avatar belongs to the split, there is none of that name, its file is broken, or it has no guide.
         """
-        path = self._path(split, index)
+        path = self._named(avatar) if avatar else self._path(split, index)
         prepared = prepare_avatar(str(path))
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
-        return draw_scene(prepared, self._faces[path.stem], self._guide(path.stem), self.library, self.settings, generator)
+        return draw_scene(prepared, self._faces[path.stem], self._guide(path.stem), self.library, self.settings, generator, stance=stance)
+
+    def _named(self, avatar: str) -> Path:
+        for path in (path for paths in self.paths.values() for path in paths):
+            if path.stem == avatar:
+                return path
+        raise InputError(f"there is no avatar {avatar}.glb; give the data's folder with all of its avatars")
 
     def truth(self, split: str, index: int) -> Surface:
         """The person of a view as a textured mesh (albedo) in the photo's frame: what reconstructions are compared with."""
         return self.scene(split, index).surface
 
-    def view(self, split: str, index: int) -> View:
-        """View `index` of a split; the same settings, split and index give the same view.
+    def view(self, split: str, index: int, scene: Scene | None = None) -> View:
+        """View `index` of a split; the same settings, split and index give the same view. `scene` is its `scene`, if it was made before.
 
         Raises
         ------
         InputError
             As of `scene`.
         """
-        settings, scene = self.settings, self.scene(split, index)
+        settings, scene = self.settings, scene or self.scene(split, index)
         generator = np.random.default_rng([settings.seed, SPLITS.index(split), index, 2])
         surface = scene.surface
         rays = RayScene(surface.vertices, surface.faces)

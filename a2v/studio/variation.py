@@ -15,6 +15,11 @@ from a2v.types import ByteArray, FloatArray, IntArray
 VALIDATION_IDENTITIES: tuple[str, ...] = ("Asian_F_2", "Black_F_3", "Hispanic_M_3", "MENA_F_1", "NHPI_M_1", "White_M_3")
 """People who are never in training data, in any of their outfits."""
 
+REPORT_IDENTITIES: tuple[str, ...] = (
+    "X_AIAN_F_1", "X_AIAN_M_1", "X_MENA_F_1", "X_NHPI_F_1", "X_NHPI_F_2", "X_NHPI_F_3", "X_NHPI_M_1",
+)  # fmt: skip
+"""People who are in no training data either, and on whom nothing is tried: for final figures."""
+
 VALIDATION_OUTFITS: tuple[str, ...] = ("Medi",)
 """Outfits that are never in training data, on whomever."""
 
@@ -24,7 +29,7 @@ SPLITS: tuple[str, ...] = ("training", "validation")
 def split_of(avatar: str) -> str:
     """The split, one of `SPLITS`, of the avatar of that name (``<group>_<F|M>_<number>_<outfit>``)."""
     identity, _, outfit = avatar.rpartition("_")
-    return "validation" if identity in VALIDATION_IDENTITIES or outfit in VALIDATION_OUTFITS else "training"
+    return "validation" if identity in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES) or outfit in VALIDATION_OUTFITS else "training"
 
 
 @dataclass(frozen=True)

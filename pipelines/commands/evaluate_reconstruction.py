@@ -10,12 +10,13 @@ import cv2
 
 from a2v.errors import InputError
 from a2v.evaluation.reconstruction import (
+    PANELS,
     BenchmarkSettings,
     Measured,
     Method,
     Outcome,
-    choose_views,
     evaluate_case,
+    fit_table,
     group_table,
     method_table,
     open_case,
@@ -37,12 +38,14 @@ HELP = (
 )
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --views 18 --methods pifu --out action.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --methods body-prior,body-prior:mirrored --views 7 --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
 A method is a backend, or BACKEND:COLOURING for an ablation: mirrored (all that was not seen has the photo's colour at its pixel) or network
-(the backend's own colours alone). Photos are of the validation split of a2v studio, --studio is a folder that it wrote (its poses and guides
-are used; made there if it is new). Writes tables as Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG:
+(the backend's own colours alone). The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
+try changes on) and report (other people in action, for final figures). --studio is a folder that a2v studio wrote (its poses and guides are
+used; made there if it is new). Writes tables as Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG:
 per photo a row for the truth and one for each method (photo or mask; front, left, back, right; front, left, back as clay). Finished photos are
 kept in a folder named like OUT: a run that was stopped goes on, and another method takes its own time only."""
 
@@ -77,18 +80,21 @@ def run(options: Options) -> Answer:
         raise InputError(f"all {len(outcomes)} photos failed, the first one: {outcomes[0].failure}")
     memory: dict[str, float] = {}
     if options.memory:
-        case = open_case(studio, good[0].index)
+        first = next(pin for pin in PANELS[protocol.panel] if pin.index == good[0].index)
+        case = open_case(studio, first, measured.cases)
         memory = {method.name: peak_memory(case, method, protocol) for method in methods}
     text = [
         "# Reconstruction",
-        f"{len(good)} photos of the validation split ({len(outcomes) - len(good)} failed), seed {protocol.seed}, "
+        f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
         f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a side. Mean ± 95 % interval; see docs/reconstruction.md. "
         "Seconds are wall time, all of it with perception and fit; memory is that of a fresh process, photo to coloured surface.",
         method_table(outcomes, memory),
+        "## The fit",
+        fit_table(outcomes),
     ]
     for method in methods:
         if method.coloring == "ours":
-            text += [f"## {method.name}", *(group_table(outcomes, method.name, by) for by in ("identity", "outfit"))]
+            text += [f"## {method.name}", *(group_table(outcomes, method.name, by) for by in ("pose", "identity", "outfit"))]
     content = report(outcomes, memory, protocol, studio)
     written = write_table(out, text, content)
     if options.sheet:
@@ -101,18 +107,18 @@ def run(options: Options) -> Answer:
 def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]) -> list[Outcome]:
     """What came of every photo; those that `measured` has are not done again."""
     outcomes: list[Outcome] = []
-    views = choose_views(studio, protocol)
+    views = PANELS[protocol.panel][: protocol.views]
     with bar("photos", "photo") as progress:
-        for done, index in enumerate(views):
-            outcome = measured.load(index, methods)
+        for done, pin in enumerate(views):
+            outcome = measured.load(pin.index, methods)
             missing = [method for method in methods if outcome is None or method.name not in outcome.scores]
             if missing:
-                result = evaluate_case(open_case(studio, index), missing, protocol)
+                result = evaluate_case(open_case(studio, pin, measured.cases), missing, protocol)
                 measured.save(result, missing)
                 outcome = outcome.with_others(result.outcome) if outcome else result.outcome
             assert outcome is not None
             if outcome.failure:
-                print(f"photo {index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr)
+                print(f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr)
             outcomes.append(outcome)
             progress(done + 1, len(views))
     return outcomes

@@ -12,7 +12,9 @@ import trimesh
 
 from a2v.errors import InputError
 from a2v.evaluation.reconstruction import (
+    FIT_METRICS,
     METRICS,
+    PANELS,
     BenchmarkSettings,
     Case,
     Measured,
@@ -20,8 +22,8 @@ from a2v.evaluation.reconstruction import (
     Outcome,
     Result,
     Truth,
-    choose_views,
     evaluate_case,
+    fit_table,
     group_table,
     image_scores,
     lit_by,
@@ -36,6 +38,8 @@ from a2v.reconstruction.backends import COLORINGS
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.avatars import a_pose
 from a2v.studio.settings import StudioSettings
+from a2v.studio.stances import STANCES
+from a2v.studio.variation import REPORT_IDENTITIES, split_of
 from a2v.types import OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.cli import main
 
@@ -264,21 +268,34 @@ def test_command_tells_what_is_wrong(tmp_path, capsys, options: list[str], messa
     assert main([*common, "--out", str(tmp_path / "table.txt")]) == 2
 
 
-def test_views_are_spread_over_people_and_seeded() -> None:
-    names = [f"{person}_{outfit}" for person in ("Asian_F_2", "Black_F_3", "White_M_3") for outfit in ("Busi", "Medi")]
-    names += [f"Other_{number}_Medi" for number in range(20)]
-    studio = SimpleNamespace(
-        settings=SimpleNamespace(same_avatar=4),
-        paths={"validation": names},
-        avatar_of=lambda split, index: names[(index // 4) % len(names)],
-    )
-    views = choose_views(studio, BenchmarkSettings(views=16, seed=3))
-    assert len(set(views)) == 16
-    assert views == choose_views(studio, BenchmarkSettings(views=16, seed=3))
-    assert views != choose_views(studio, BenchmarkSettings(views=16, seed=4))
-    people = [studio.avatar_of("validation", index).rpartition("_")[0] for index in views]
-    assert all(people.count(person) == 4 for person in ("Asian_F_2", "Black_F_3", "White_M_3"))
-    assert len(set(choose_views(studio, BenchmarkSettings(views=64)))) == 64
+def test_photos_are_pinned() -> None:
+    assert [len(PANELS[name]) for name in ("studio", "development", "report")] == [20, 18, 21]
+    every = [pin for pins in PANELS.values() for pin in pins]
+    assert len({pin.index for pin in every}) == len(every)  # finished photos are kept by number
+    assert {split_of(pin.avatar) for pin in every} == {"validation"}
+    people = {name: {pin.avatar.rpartition("_")[0] for pin in PANELS[name]} for name in PANELS}
+    assert people["report"] == set(REPORT_IDENTITIES)  # on whom nothing is tried
+    assert not people["report"] & (people["development"] | people["studio"])
+    for name in ("development", "report"):
+        assert {pin.stance for pin in PANELS[name]} == set(STANCES)
+    with pytest.raises(InputError, match="panel 'mine'; choose from studio"):
+        BenchmarkSettings(panel="mine")
+
+
+def test_alignment_takes_a_turn_off_and_slabs_count(wide: trimesh.Trimesh) -> None:
+    case = make_case(wide)
+    truth = Truth(case, SETTINGS)
+    turn = trimesh.transformations.rotation_matrix(np.radians(12), [1, 0.3, 0])[:3, :3].astype(np.float32)
+    turned = dataclasses.replace(case.surface, vertices=case.surface.vertices @ turn.T + np.array([0.03, 0, 0], np.float32))
+    shape = truth.compare_shape(truth.place(turned, CAMERA, subject_of(case)))
+    assert shape["chamfer"] > 2
+    assert shape["chamfer_aligned"] < 0.1
+    assert shape["p2s_aligned"] < 0.1
+    deep = case.surface.vertices.copy()
+    deep[:, 2] *= np.where(deep[:, 1] < 0, 2.0, 1.0)  # the lower half is a slab
+    slab = truth.compare_shape(truth.place(dataclasses.replace(case.surface, vertices=deep), CAMERA, subject_of(case)))
+    assert slab["thick"] == pytest.approx(50, abs=3)
+    assert truth.compare_shape(truth.place(case.surface, CAMERA, subject_of(case)))["thick"] == 0
 
 
 def outcome(name: str, value: float, methods: tuple[str, ...] = ("body-prior",), index: int = 0) -> Outcome:
@@ -290,6 +307,7 @@ def outcome(name: str, value: float, methods: tuple[str, ...] = ("body-prior",),
         {m: dict.fromkeys(METRICS, value) for m in methods},
         dict.fromkeys(methods, seconds),
         {method: {} for method in methods},
+        dict.fromkeys(FIT_METRICS, value),
     )
 
 
@@ -301,6 +319,7 @@ def test_tables() -> None:
     by_person = group_table(outcomes, "body-prior", "identity")
     assert "| Asian_F_2 | 1 | 1.00" in by_person
     assert "| others | 1 | 3.00" in by_person
+    assert "| all | 2 | 2.00" in fit_table(outcomes)
     assert "| Medi | 1 | 3.00" in group_table(outcomes, "body-prior", "outfit")
 
 

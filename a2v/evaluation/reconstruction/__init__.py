@@ -6,21 +6,24 @@ is compared in the photo's frame, in which the photo is the orthographic front v
 One photo does not show the size of a person nor the distance: predicted points go from the predicted camera to pixels and from there to the
 metres of the true camera (x, y and z by the same factor), and z is shifted so that the medians of the front depths agree where both are seen.
 
-`settings` is the protocol and `cases` are photos with their truth; `maps` shows what pixels see of a surface, in the photo's frame, and
+`settings` is the protocol, `panels` pins the photos, and `cases` are photos with their truth; `maps` shows what pixels see of a surface, in the photo's frame, and
 `measures` compares. `methods` runs backends and colourings on a case, `kept` keeps what is finished, `pictures` and `tables` show it.
 """
 
-from a2v.evaluation.reconstruction.cases import Case, choose_views, lit_by, open_case, open_studio
+from a2v.evaluation.reconstruction.cases import Case, lit_by, open_case, open_studio
 from a2v.evaluation.reconstruction.kept import Measured
 from a2v.evaluation.reconstruction.maps import Maps, mask_in_photo, surface_maps, to_true_frame
 from a2v.evaluation.reconstruction.measures import Placed, Truth, image_scores
 from a2v.evaluation.reconstruction.methods import Method, Outcome, Result, evaluate_case, peak_memory
+from a2v.evaluation.reconstruction.panels import PANELS, Pin
 from a2v.evaluation.reconstruction.pictures import picture_rows, stack_rows
-from a2v.evaluation.reconstruction.settings import METRICS, SPLIT, BenchmarkSettings
-from a2v.evaluation.reconstruction.tables import group_table, method_table, report
+from a2v.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
+from a2v.evaluation.reconstruction.tables import fit_table, group_table, method_table, report
 
 __all__ = [
+    "FIT_METRICS",
     "METRICS",
+    "PANELS",
     "SPLIT",
     "BenchmarkSettings",
     "Case",
@@ -28,11 +31,12 @@ __all__ = [
     "Measured",
     "Method",
     "Outcome",
+    "Pin",
     "Placed",
     "Result",
     "Truth",
-    "choose_views",
     "evaluate_case",
+    "fit_table",
     "group_table",
     "image_scores",
     "lit_by",

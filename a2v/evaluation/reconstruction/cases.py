@@ -6,23 +6,25 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
-from a2v.evaluation.reconstruction.settings import SPLIT, BenchmarkSettings
+from a2v.evaluation.reconstruction.panels import Pin
+from a2v.evaluation.reconstruction.settings import SPLIT
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.geometry.vectors import unit
 from a2v.io import sha256
+from a2v.record import Record
 from a2v.studio.guide_errors import GuideErrors
-from a2v.studio.settings import StudioSettings
+from a2v.studio.settings import VERSION, StudioSettings
 from a2v.studio.studio import Studio
-from a2v.studio.variation import VALIDATION_IDENTITIES
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 
-@dataclass(frozen=True, eq=False)
-class Case:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Case(Record):
     """A photo and the person in it.
 
     Attributes
@@ -44,9 +46,13 @@ class Case:
         Its faces that can be seen from somewhere: scalps under wigs and mouths are not what is reconstructed.
     points, point_normals : (M, 3)
         Uniform by area on the outer surface, with unit normals.
+    landmarks : (33, 3)
+        BlazePose landmarks as a body model has them, metres; NaN where unknown.
     facts : mapping
         For the report: pose, yaw...
     """
+
+    may_hold_nan: ClassVar[frozenset[str]] = frozenset({"landmarks"})
 
     name: str
     index: int
@@ -58,6 +64,7 @@ class Case:
     outer: IntArray
     points: FloatArray
     point_normals: FloatArray
+    landmarks: FloatArray = dataclasses.field(default_factory=lambda: np.full((33, 3), np.nan, np.float32))
     facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
@@ -75,37 +82,22 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str]) ->
     return Studio.open(folder, data, StudioSettings(guide=GuideErrors(**exact)))
 
 
-def choose_views(studio: Studio, settings: BenchmarkSettings) -> list[int]:
-    """Indices of validation views, seeded: every held-out identity, and the other people in the held-out outfit, as often as the others."""
-    generator = np.random.default_rng([settings.seed, 101])
-    each = studio.settings.same_avatar
-    names = [studio.avatar_of(SPLIT, block * each) for block in range(len(studio.paths[SPLIT]))]
-    groups: dict[str, list[int]] = {}
-    for block in generator.permutation(len(names)):
-        identity = names[block].rpartition("_")[0]
-        groups.setdefault(identity if identity in VALIDATION_IDENTITIES else "others", []).append(int(block))
-    order = sorted(groups)
-    chosen: list[int] = []
-    for number in range(settings.views):
-        group = groups[order[number % len(order)]]
-        lap = number // len(order)
-        block = group[lap % len(group)] + len(names) * (lap // len(group) // each)
-        chosen.append(block * each + (lap // len(group)) % each)
-    return chosen
-
-
-def open_case(studio: Studio, index: int) -> Case:
-    """A validation view with its truth.
+def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None) -> Case:
+    """A pinned photo with its truth; it is kept in the folder `kept`, if there is one, and read from there the next time.
 
     Raises
     ------
     InputError
         There is no such avatar, or it has no guide.
     """
-    view, scene = studio.view(SPLIT, index), studio.scene(SPLIT, index)
-    return Case(
+    path = None if kept is None else Path(kept) / f"{pin.index:06d}-{pin.avatar}-{VERSION}.npz"
+    if path is not None and path.exists():
+        return Case.load(path)
+    scene = studio.scene(SPLIT, pin.index, avatar=pin.avatar, stance=pin.stance)
+    view = studio.view(SPLIT, pin.index, scene)
+    case = Case(
         name=view.avatar,
-        index=index,
+        index=pin.index,
         image=view.image,
         mask=view.mask,
         camera=view.camera,
@@ -114,8 +106,12 @@ def open_case(studio: Studio, index: int) -> Case:
         outer=scene.solid().outer,
         points=view.surface_points,
         point_normals=unit(view.surface_normals.astype(np.float32), least=1e-9),
+        landmarks=scene.landmarks,
         facts={"pose": scene.pose, "yaw": round(view.yaw, 1), "sha256": sha256(view.image.tobytes())},
     )
+    if path is not None:
+        case.save(path)
+    return case
 
 
 def lit_by(surface: Surface, gain: FloatArray) -> Surface:

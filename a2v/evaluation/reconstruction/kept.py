@@ -23,6 +23,8 @@ from a2v.types import ByteArray
 class Measured:
     """A folder in which finished photos are kept, so that a run that was stopped, or that gets another method, goes on.
 
+    The truths lie in `cases`, a folder beside it, where other runs find them too.
+
     Parameters
     ----------
     folder : path
@@ -34,7 +36,8 @@ class Measured:
     def __init__(self, folder: str | os.PathLike[str], studio: Studio, settings: BenchmarkSettings) -> None:
         """See the class."""
         self.folder = Path(folder)
-        protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name != "views"}
+        self.cases = self.folder.parent / "cases"
+        protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name not in ("views", "panel")}
         self._common = [protocol, VERSION, dataclasses.asdict(studio.settings)]
 
     def _path(self, index: int, method: Method) -> Path:

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body import FitResult, load_body_model
+from a2v.body.limbs import LIMBS, TRUNK
+from a2v.body.skin import outer_skin
 from a2v.errors import InputError
+from a2v.evaluation.reconstruction.alignment import aligned_distances
 from a2v.evaluation.reconstruction.cases import Case
 from a2v.evaluation.reconstruction.maps import surface_maps, to_true_frame
 from a2v.evaluation.reconstruction.settings import BenchmarkSettings
@@ -37,6 +41,7 @@ class Truth:
         )
         faces = case.surface.faces[case.outer]
         self._outer, self._face_normals = RayScene(case.surface.vertices, faces), face_normals(case.surface.vertices, faces)
+        self._triangles = np.asarray(case.surface.vertices, np.float64)[faces]
 
     def place(self, surface: Surface, camera: OrthographicCamera, subject: Subject) -> Placed:
         """A prediction in the true frame, with z shifted as the protocol says.
@@ -59,7 +64,7 @@ class Truth:
         return Placed(dataclasses.replace(surface, vertices=vertices.astype(np.float32)), normals, shift)
 
     def compare_shape(self, placed: Placed) -> dict[str, float]:
-        """Chamfer distance and point to surface (cm), normal consistency, and IoU of the silhouettes."""
+        """Chamfer distance and point to surface (cm), both also after rigid alignment, normals, IoU, and what is too thick (`thick_share`)."""
         surface, case, settings = placed.surface, self.case, self.settings
         points, normals = sample_surface(surface, settings.points, seed=settings.seed)
         there = self._outer.closest(points)
@@ -68,12 +73,43 @@ class Truth:
         maps = [surface_maps(surface, placed.normals, case.camera, self.photo, size=settings.size, side=side) for side in (1, -1)]
         cosines = [(mine.normals * true.normals).sum(axis=-1)[mine.mask & true.mask] for mine, true in zip(maps, self.sides, strict=True)]
         mine, true = maps[0].mask, self.sides[0].mask
+        aligned = self._aligned(surface, points)
         return {
             "chamfer": 50 * (forth + return_),
             "p2s": 100 * forth,
+            "chamfer_aligned": 100 * aligned[0],
+            "p2s_aligned": 100 * aligned[1],
+            "thick": 100 * thick_share(*(tuple(side.depth for side in pair) for pair in (maps, self.sides))),
             "normals": float(np.concatenate(cosines).mean()),
             "normals_nearest": float(np.abs((normals * self._face_normals[there.face]).sum(axis=1)).mean()),
             "iou": float((mine & true).sum() / (mine | true).sum()),
+        }
+
+    def _aligned(self, surface: Surface, points: FloatArray) -> tuple[float, float]:
+        return aligned_distances(surface.vertices, surface.faces, points, self._outer, self._triangles, self.case.points)
+
+    def compare_fit(self, fit: FitResult, subject: Subject) -> dict[str, float]:
+        """The fitted body: its skin against the dressed truth after rigid alignment, the depths of its limbs relative to the trunk (cm)."""
+        import torch
+
+        vertices, faces, _ = outer_skin(fit.body)
+        body = fit.body
+        marks = load_body_model().landmarks_of(
+            torch.from_numpy(body.vertices)[load_body_model().landmark_vertices], torch.from_numpy(body.bone_transforms[:, :3, 3])
+        )
+        seen, skin = (
+            to_true_frame(np.asarray(x, np.float64), fit.camera, subject, true=self.case.camera) for x in (marks.numpy(), vertices)
+        )
+        gap = seen[:, 2] - self.case.landmarks[:, 2]
+        gap = gap - gap[list(TRUNK)].mean()
+        skin[:, 2] += float(np.median(self.case.points[:, 2]) - np.median(skin[:, 2]))
+        plain = Surface(vertices=skin.astype(np.float32), faces=faces.astype(np.int32), colors=np.full(skin.shape, 0.5, np.float32))
+        points, _ = sample_surface(plain, 10_000, seed=self.settings.seed)
+        return {
+            "body_aligned": 100 * self._aligned(plain, points)[0],
+            **{f"depth_{limb}": 100 * float(np.abs(gap[list(places)]).mean()) for limb, places in LIMBS.items()},
+            "keypoint_mean": 100 * float(fit.residuals["keypoint_mean"]),
+            "silhouette_iou": float(fit.residuals["silhouette_iou"]),
         }
 
     def compare_colors(self, placed: Placed) -> dict[str, float]:
@@ -83,6 +119,19 @@ class Truth:
             mine = surface_maps(placed.surface, placed.normals, self.case.camera, self.photo, size=self.settings.size, side=side)
             values[f"psnr_{name}"], values[f"ssim_{name}"] = image_scores(mine.colors, true.colors, mine.mask | true.mask)
         return values
+
+
+THICK, THIN = 1.6, 0.04
+
+
+def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> float:
+    """Share of the pixels of both silhouettes at which a surface is more than `THICK` times as thick as the truth.
+
+    Depths (H, W) of front and back, metres, NaN outside. What is thinner than `THIN` metres, as every rim is, counts as so thick.
+    """
+    own, real = mine[0] - mine[1], true[0] - true[1]
+    both = np.isfinite(own) & np.isfinite(real)
+    return float((own[both] > THICK * np.maximum(real[both], THIN)).mean())
 
 
 def sample_surface(surface: Surface, count: int, *, seed: int) -> tuple[FloatArray, FloatArray]:

@@ -64,6 +64,8 @@ class Outcome:
     seconds : mapping of method name to stage to wall seconds
     made : mapping of method name to mapping
         Provenance of the surface: digest of the weights, iterations of Eq. 14...
+    fit : mapping of `FIT_METRICS` to value
+        Of the fitted body, which all methods share.
     failure : str
         Why perception, the fit or a method gave up; "" if they did not. Such photos count for no method.
     """
@@ -74,6 +76,7 @@ class Outcome:
     scores: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
     seconds: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
     made: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+    fit: Mapping[str, float] = dataclasses.field(default_factory=dict)
     failure: str = ""
 
     @property
@@ -149,7 +152,9 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
             seconds[method.name] = common | clock.seconds
             surfaces[method.name] = placed.surface
     made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
-    return Result(case, Outcome(case.name, case.index, case.facts, scores, seconds, made), surfaces, subject)
+    return Result(
+        case, Outcome(case.name, case.index, case.facts, scores, seconds, made, truth.compare_fit(fit, subject)), surfaces, subject
+    )
 
 
 class _Clock:

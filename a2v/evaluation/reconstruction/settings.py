@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from a2v.body.limbs import LIMBS
 from a2v.errors import InputError
+from a2v.evaluation.reconstruction.panels import PANELS
 
 SPLIT = "validation"
 
 METRICS: Mapping[str, tuple[str, int]] = {
     "chamfer": ("Chamfer cm↓", 2),
     "p2s": ("P2S cm↓", 2),
+    "chamfer_aligned": ("aligned: Chamfer↓", 2),
+    "p2s_aligned": ("P2S↓", 2),
+    "thick": ("Too thick %↓", 2),
     "normals": ("Normals↑", 3),
     "normals_nearest": ("Normals, nearest↑", 3),
     "iou": ("IoU↑", 3),
@@ -22,6 +27,14 @@ METRICS: Mapping[str, tuple[str, int]] = {
 }
 """Columns of the tables by metric, and their decimals."""
 
+FIT_METRICS: Mapping[str, tuple[str, int]] = {
+    "body_aligned": ("Body, aligned Chamfer cm↓", 2),
+    **{f"depth_{limb}": (f"{limb.replace('_', ' ')} cm↓", 1) for limb in LIMBS},
+    "keypoint_mean": ("Keypoints % of height↓", 2),
+    "silhouette_iou": ("IoU↑", 3),
+}
+"""Columns of the table of the fit: its skin against the dressed truth, and how far limbs are off in depth, relative to the trunk."""
+
 
 @dataclass(frozen=True)
 class BenchmarkSettings:
@@ -29,10 +42,12 @@ class BenchmarkSettings:
 
     Attributes
     ----------
+    panel : str
+        Which photos, of `PANELS`.
     views : int
-        Photos.
+        At most so many of them, the first ones.
     seed : int
-        Chooses them, and the points on the predicted surface.
+        Chooses the points on the predicted surface.
     size : int
         Rays along each side of the square photo, for silhouettes, normals and colours.
     points : int
@@ -41,6 +56,7 @@ class BenchmarkSettings:
         Give the true mask to perception, which then does not look for its own.
     """
 
+    panel: str = "studio"
     views: int = 20
     seed: int = 0
     size: int = 512
@@ -48,6 +64,8 @@ class BenchmarkSettings:
     true_mask: bool = False
 
     def __post_init__(self) -> None:
+        if self.panel not in PANELS:
+            raise InputError(f"unknown panel '{self.panel}'; choose from {', '.join(PANELS)}")
         if self.views < 1 or self.points < 100 or not 64 <= self.size <= 2048:
             raise InputError(
                 f"views={self.views}, points={self.points}, size={self.size}; expected at least 1 and 100, and a size from 64 to 2048"

@@ -10,10 +10,10 @@ import numpy as np
 
 from a2v.evaluation.metrics import confidence_interval
 from a2v.evaluation.reconstruction.methods import Outcome
-from a2v.evaluation.reconstruction.settings import METRICS, SPLIT, BenchmarkSettings
+from a2v.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
 from a2v.studio.settings import VERSION
 from a2v.studio.studio import Studio
-from a2v.studio.variation import VALIDATION_IDENTITIES
+from a2v.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES
 from a2v.version import __version__
 
 
@@ -37,19 +37,34 @@ def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> st
 
 
 def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
-    """Means of one method by "identity" (people who are held out; "others" wear the held-out outfit) or by "outfit"."""
-    groups: dict[str, list[Outcome]] = {}
-    for outcome in outcomes:
-        if not outcome.failure:
-            key = outcome.outfit
-            if by == "identity":
-                key = outcome.identity if outcome.identity in VALIDATION_IDENTITIES else "others"
-            groups.setdefault(key, []).append(outcome)
+    """Means of one method by "identity" (people who are held out; "others" wear the held-out outfit), "outfit" or "pose"."""
     lines = [f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |", "|---" * (len(METRICS) + 2) + "|"]
-    for key, members in sorted(groups.items()):
+    for key, members in sorted(_grouped(outcomes, by).items()):
         cells = [_cell([o.scores[method][metric] for o in members], decimals, interval=False) for metric, (_, decimals) in METRICS.items()]
         lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def fit_table(outcomes: Sequence[Outcome]) -> str:
+    """Means of the fit by pose, and over all photos."""
+    lines = [f"| pose | photos | {' | '.join(label for label, _ in FIT_METRICS.values())} |", "|---" * (len(FIT_METRICS) + 2) + "|"]
+    everybody = [outcome for outcome in outcomes if not outcome.failure]
+    for key, members in [*sorted(_grouped(everybody, "pose").items()), ("all", everybody)]:
+        cells = [_cell([o.fit[metric] for o in members], decimals, interval=False) for metric, (_, decimals) in FIT_METRICS.items()]
+        lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _grouped(outcomes: Sequence[Outcome], by: str) -> dict[str, list[Outcome]]:
+    """Photos that did not fail by "identity", "outfit" or "pose"."""
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        if not outcome.failure:
+            key = {"identity": outcome.identity, "outfit": outcome.outfit, "pose": str(outcome.facts.get("pose", ""))}[by]
+            if by == "identity" and key not in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES):
+                key = "others"
+            groups.setdefault(key, []).append(outcome)
+    return groups
 
 
 def report(outcomes: Sequence[Outcome], memory: Mapping[str, float], settings: BenchmarkSettings, studio: Studio) -> dict[str, Any]:

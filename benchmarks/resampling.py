@@ -15,8 +15,10 @@ from unittest import mock
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator, make_interp_spline
 
+from a2v.evaluation.physics import floor_height, foot_slide
 from a2v.formats import read_bvh
 from a2v.kinematics import resample
+from a2v.kinematics.names import canonical_joints
 from a2v.types import FloatArray, Motion
 
 WAYS = {
@@ -29,18 +31,27 @@ LOW, HIGH = 12, 30
 
 
 def measure(clip: Motion) -> dict[str, tuple[float, ...]]:
-    """By way: mean and 99 % error (cm), relative error of speeds, jitter over the recording's."""
+    """By way: mean and 99 % error (cm), relative error of speeds, jitter and sliding of feet over the recording's, depth under it (mm)."""
     arrays = {name: getattr(clip, name)[:: round(clip.fps / LOW)] for name in ("joints", "rotations", "root")}
     low = dataclasses.replace(clip, fps=clip.fps / round(clip.fps / LOW), **arrays)
     real = clip.joints[:: round(clip.fps / HIGH)].astype(np.float64)
     found = {}
     for name, way in WAYS.items():
-        with mock.patch.object(resample, "interpolate", lambda values, at, axis, way=way: way(np.arange(values.shape[axis]), values, axis)(at)):
+        with mock.patch.object(
+            resample, "interpolate", lambda values, at, axis, way=way: way(np.arange(values.shape[axis]), values, axis)(at)
+        ):
             made = resample.resample_motion(low, clip.fps / round(clip.fps / HIGH)).joints.astype(np.float64)
         count = min(len(made), len(real))
         error = 100 * np.linalg.norm(made[:count] - real[:count], axis=-1)
         speeds, own = speed(made[:count]), speed(real[:count])
-        found[name] = (error.mean(), np.percentile(error, 99), np.abs(speeds - own).mean() / own.mean(), jitter(made) / jitter(real))
+        found[name] = (
+            error.mean(),
+            np.percentile(error, 99),
+            np.abs(speeds - own).mean() / own.mean(),
+            jitter(made) / jitter(real),
+            slide(made, clip) / slide(real, clip),
+            1000 * np.maximum(real[:count, :, 1].min(1) - made[:count, :, 1].min(1), 0).mean(),
+        )
     return found
 
 
@@ -52,6 +63,13 @@ def speed(joints: FloatArray) -> FloatArray:
 def jitter(joints: FloatArray) -> float:
     """Mean size of the third difference."""
     return float(np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1).mean())
+
+
+def slide(joints: FloatArray, clip: Motion) -> float:
+    """Path of low feet over the ground, mm a frame at 20 fps; the floor is where the recording's lowest joint mostly is."""
+    names = canonical_joints(clip.joint_names, clip.parents.tolist())
+    feet = [names[name] for name in ("left_ankle", "left_foot", "right_ankle", "right_foot")]
+    return foot_slide(joints[:, feet], HIGH, floor=floor_height(clip.joints[:: round(clip.fps / HIGH)]))
 
 
 def main() -> None:
@@ -69,10 +87,12 @@ def main() -> None:
             path = Path(folder) / Path(name).name
             path.write_bytes(archive.read(name))
             rows.append(measure(read_bvh(path)))
-    print(f"{len(rows)} recordings; medians\n\n| {LOW} to {HIGH} fps | mean error, cm | 99 % | speeds off by | jitter over real |\n|---|---|---|---|---|")
+    print(
+        f"{len(rows)} recordings; medians\n\n| {LOW} to {HIGH} fps | mean error, cm | 99 % | speeds off by | jitter over real | slide over real | under it, mm |\n|---|---|---|---|---|---|---|"
+    )
     for way in WAYS:
-        mean, most, off, shake = np.median([row[way] for row in rows], axis=0)
-        print(f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} |")
+        mean, most, off, shake, slid, under = np.median([row[way] for row in rows], axis=0)
+        print(f"| {way} | {mean:.2f} | {most:.2f} | {off:.1%} | {shake:.2f} | {slid:.2f} | {under:.2f} |")
 
 
 if __name__ == "__main__":

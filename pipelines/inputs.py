@@ -13,11 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from a2v.animation import BindSettings, DeformSettings, RetargetSettings
 from a2v.body import FitSettings
 from a2v.errors import InputError
 from a2v.formats.registry import readable_motions
 from a2v.io import clear_leftovers, read_bytes
+from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion import BUNDLED
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
@@ -29,6 +32,8 @@ from pipelines.options import flag, option, settings
 from pipelines.store import File, Ref, Store
 
 if TYPE_CHECKING:
+    from a2v.motion import MotionModel
+    from a2v.motion.prompts import Step
     from a2v.rendering import CameraPath
     from pipelines.graph import Graph
     from pipelines.nodes.values import Blob
@@ -36,8 +41,17 @@ if TYPE_CHECKING:
 
 MAX_PHOTO_BYTES = 256 << 20
 
-MODEL = f"motion model: {', '.join(BUNDLED)}, or an .onnx file"
+MODEL = f"motion model: {', '.join(tuple(BUNDLED)[:4])}... (docs/motion.md), or an .onnx file"
 """What the options that name a motion model say."""
+
+ACTION = "what to do, by name or in words; with commas or 'then' one after the other (a2v actions lists them)"
+SECONDS = "length of a motion (default: 5, or as long as the model's own clips are)"
+FRAMES = "length in frames, instead of --seconds"
+FPS = "frames a second"
+"""What the options of the same names say."""
+
+DEFAULT_SECONDS = 5.0
+MAX_FRAMES = 10_000
 
 _LOOK = RenderSettings()
 
@@ -81,28 +95,68 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
     return dataclasses.replace(ref, source=os.fspath(path))
 
 
-def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, seed: int, fps: float | None) -> Parameters:
-    """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion.
+def length_of(*, frames: int | None, seconds: float | None, fps: float, longest: float = np.inf) -> int:
+    """Frames at `fps` of a motion: as many as are asked for, or `seconds`, or `DEFAULT_SECONDS` where those are not `longest`.
 
     Raises
     ------
     InputError
-        Unknown model, action (the nearest are named) or file.
+        Both are asked for, or a number is out of range.
     """
-    if not 1 <= frames <= 10_000:
-        raise InputError(f"frames is {frames}; expected 1 to 10000")
-    if fps is not None and not 0.5 <= fps <= 240:
+    if frames is not None and seconds is not None:
+        raise InputError(f"both frames ({frames}) and seconds ({seconds:g}) are given; give one of them")
+    if not 0.5 <= fps <= 240:
         raise InputError(f"fps is {fps}; expected 0.5 to 240")
+    if seconds is not None and not 0 < seconds <= MAX_FRAMES / fps:
+        raise InputError(f"seconds is {seconds:g}; expected more than 0 and at most {MAX_FRAMES / fps:g} at {fps:g} frames a second")
+    if frames is None:
+        frames = max(1, round((min(DEFAULT_SECONDS, longest) if seconds is None else seconds) * fps))
+    if not 1 <= frames <= MAX_FRAMES:
+        raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
+    return frames
+
+
+def read_prompt(model: MotionModel, text: str) -> tuple[list[Step], list[str]]:
+    """The steps of an action in words, and what was taken for what, a line a part that is not an action's own name.
+
+    Raises
+    ------
+    InputError
+        A part is empty, or nothing comes near it; the nearest are named.
+    """
+    from a2v.motion.prompts import Vocabulary, explain, parse_prompt
+
+    steps, matches = parse_prompt(text, Vocabulary.of(model.card))
+    return steps, explain([match for match in matches if match.score < 1])
+
+
+def motion_inputs(
+    *,
+    action: str,
+    model: str,
+    motion: str | None = None,
+    frames: int | None = None,
+    seconds: float | None = None,
+    fps: float = SHOWN_FPS,
+    seed: int = 0,
+) -> Parameters:
+    """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion; see `length_of`.
+
+    Raises
+    ------
+    InputError
+        An unknown model or file, an action that nothing comes near (the nearest are named), or a number out of range.
+    """
     if motion is not None:
-        return {"motion_file": File.of(motion), "action": action, "frames": frames, "fps": fps}
+        return {"motion_file": File.of(motion), "action": action, "frames": length_of(frames=frames, seconds=seconds, fps=fps), "fps": fps}
     if not action:
         raise InputError("no action given; name one with --action (a2v actions lists them), or give --motion FILE.bvh")
     from a2v.motion import MotionModel
 
     opened = MotionModel.load(model)
-    for name in action.split(","):
-        opened.label(name.strip())
-    return {"model": File.of(opened.path), "action": action, "frames": frames, "seed": seed, "fps": fps}
+    steps, _ = read_prompt(opened, action)
+    length = length_of(frames=frames, seconds=seconds, fps=fps, longest=opened.card.frames / opened.fps)
+    return {"model": File.of(opened.path), "steps": tuple(steps), "frames": length, "seed": seed, "fps": fps}
 
 
 # --- options that commands share; each gives the graph's parameters that it stands for
@@ -112,16 +166,23 @@ def motion_inputs(*, action: str, model: str, motion: str | None, frames: int, s
 class MotionOptions:
     """A motion for one person, generated or recorded."""
 
-    action: str = option("what to do; several with commas follow each other (a2v actions lists them)", default="")
+    action: str = option(ACTION, default="")
     model: str = option(MODEL, default="cmu")
     motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
-    frames: int = option("frames of motion", default=60)
-    fps: float | None = option("resample the motion to this many frames a second (same duration)", default=None)
+    seconds: float | None = option(SECONDS, default=None)
+    frames: int | None = option(FRAMES, default=None, rare=True)
+    fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the motion: another seed, another performance", default=0)
 
     def parameters(self) -> Parameters:
         """See `motion_inputs`."""
         return motion_inputs(**{item.name: getattr(self, item.name) for item in dataclasses.fields(self)})
+
+    def explained(self) -> list[str]:
+        """What the words of the action were taken for, a line a part that is not an action's own name."""
+        from a2v.motion import MotionModel
+
+        return [] if self.motion is not None else read_prompt(MotionModel.load(self.model), self.action)[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,9 +372,10 @@ def video_parameters(
     *,
     model: str = "cmu",
     motion: str | None = None,
-    frames: int = 60,
+    seconds: float | None = None,
+    frames: int | None = None,
     seed: int = 0,
-    fps: float | None = None,
+    fps: float = SHOWN_FPS,
     render: RenderSettings | None = None,
     cameras: Sequence[CameraPath] = (),
     backdrop: str | os.PathLike[str] | None = None,
@@ -326,6 +388,6 @@ def video_parameters(
     InputError
         An unknown model or action (the nearest are named), a number out of range, or an unreadable file.
     """
-    moving = motion_inputs(action=action, model=model, motion=motion, frames=frames, seed=seed, fps=fps)
+    moving = motion_inputs(action=action, model=model, motion=motion, seconds=seconds, frames=frames, seed=seed, fps=fps)
     look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop)}
     return {**moving, **look, **photo_parameters(store, photo, **photo_options)}

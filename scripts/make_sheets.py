@@ -58,7 +58,7 @@ def photographed(avatar: Path, folder: Path) -> Path:
 def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size: int) -> np.ndarray:
     """The photo's crop, the surface from all sides, and frames of the action in four views."""
     store = Store()
-    parameters = video_parameters(store, photo, action, model=model, frames=24 * (frames - 1) + 1, seed=seed)
+    parameters = video_parameters(store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed)
     bars = Bars()
     outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
     bars.close()
@@ -89,7 +89,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "sheets")
     parser.add_argument("--model", default="cmu")
     parser.add_argument("--action", default="Walk")
-    parser.add_argument("--frames", type=int, default=5, help="frames shown, two seconds apart at 12 fps")
+    parser.add_argument("--frames", type=int, default=5, help="frames shown, two seconds apart")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=int, default=320)
     parser.add_argument("--docs", action="store_true")

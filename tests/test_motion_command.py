@@ -25,15 +25,15 @@ def motion(*arguments: object, code: int = 0) -> None:
 def start(tmp_path_factory):
     """A clip of nine frames and its path, as .npz and as .bvh."""
     folder = tmp_path_factory.mktemp("start")
-    motion("--action", "Walk", "--frames", 9, "--out", folder / "start.npz")
-    motion("--action", "Walk", "--frames", 9, "--out", folder / "start.bvh")
+    motion("--action", "Walk", "--frames", 9, "--fps", 12, "--out", folder / "start.npz")
+    motion("--action", "Walk", "--frames", 9, "--fps", 12, "--out", folder / "start.bvh")
     return folder / "start"
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".bvh"])
 def test_futures_of_a_file(start, tmp_path, suffix):
     path = start.with_suffix(suffix)
-    motion("--action", "Walk", "--start", path, "--start_frames", 6, "--count", 2, "--frames", 20, "--out", tmp_path / "f.npz")
+    motion("--action", "Walk", "--start", path, "--start_frames", 6, "--count", 2, "--frames", 20, "--fps", 12, "--out", tmp_path / "f.npz")
     made, given = Motion.load(tmp_path / "f.npz"), read_motion(path)
     assert made.joints.shape == (2, 20, 20, 3)
     assert np.abs(made.joints[:, :6] - given.joints[:6]).max() < 1e-3
@@ -41,7 +41,7 @@ def test_futures_of_a_file(start, tmp_path, suffix):
 
 
 def test_rows_between_two_motions(tmp_path):
-    motion("--action", "Jump", "--interpolate", 4, "--seed", 2, "--to_seed", 9, "--frames", 10, "--out", tmp_path / "i.npz")
+    motion("--action", "Jump", "--interpolate", 4, "--seed", 2, "--to_seed", 9, "--frames", 10, "--fps", 12, "--out", tmp_path / "i.npz")
     made, model = Motion.load(tmp_path / "i.npz"), MotionModel.load("cmu")
     for row, seed in ((0, 2), (3, 9)):
         assert np.allclose(made.joints[row], model.sample("Jump", frames=10, seed=seed).joints, atol=1e-6)
@@ -84,7 +84,10 @@ def test_pictures(tmp_path, suffix):
     [
         (["--start", "none.npz"], "none.npz does not exist"),
         (["--start_frames", 30, "--start", "START"], "start_frames is 30"),
-        (["--start", "START", "--frames", 9], "ask for more"),
+        (["--start", "START", "--frames", 9, "--fps", 12], "ask for more"),
+        (["--frames", 9, "--seconds", 2], "both frames (9) and seconds (2)"),
+        (["--seconds", 0], "seconds is 0"),
+        (["--speed", 50], "speed is 50"),
         (["--start", "START", "--interpolate", 3], "not both"),
         (["--start", "START", "--bone_scale", 2], "bone_scale cannot be given with start"),
         (["--interpolate", 1], "rows is 1"),
@@ -159,7 +162,7 @@ def test_futures_of_a_recording_of_another_skeleton(data_dir, tmp_path):
         name = next(name for name in sorted(archive.namelist()) if name.endswith("02_01.bvh"))
         (tmp_path / "walk.bvh").write_bytes(archive.read(name))
     start = ["--start", tmp_path / "walk.bvh", "--start_frames", 100]
-    motion("--model", "humanact12", "--action", "walk", *start, "--frames", 40, "--count", 2, "--out", tmp_path / "f.npz")
+    motion("--model", "humanact12", "--action", "walk", *start, "--frames", 40, "--fps", 20, "--count", 2, "--out", tmp_path / "f.npz")
     made, given = Motion.load(tmp_path / "f.npz"), read_motion(tmp_path / "walk.bvh", fps=20)
     names = {name: given.joint_names.index(other) for name, other in (("left_knee", "LeftLeg"), ("right_wrist", "RightHand"))}
     for name, index in names.items():
@@ -187,7 +190,7 @@ def test_a_path_in_words_and_numbers(way: str, tmp_path: Path, capsys: pytest.Ca
         way = str(tmp_path / "way.csv")
         Path(way).write_text("x,z\n0,0\n0,3\n", encoding="utf-8-sig")
     out = tmp_path / "way.npz"
-    assert main(["motion", "--model", "cmu-fine", "--action", "stroll slowly", "--path", way, "--fps", "30", "--out", str(out)]) == 0
+    assert main(["motion", "--model", "cmu-fine", "--action", "stroll slowly", "--path", way, "--out", str(out)]) == 0
     assert "is taken for Walk slowly" in capsys.readouterr().err
     made = Motion.load(out)
     assert made.fps == 30
@@ -197,8 +200,9 @@ def test_a_path_in_words_and_numbers(way: str, tmp_path: Path, capsys: pytest.Ca
 def test_prompts_loops_and_edits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "a.npz"
     command = ["motion", "--model", "cmu-fine", "--out", str(out)]
-    assert main([*command, "--action", "sneak for 2 s, then run away"]) == 0
-    assert Motion.load(out).action == "Sneak,Run"
+    assert main([*command, "--action", "sneak for 2 s, then run away for 30 frames"]) == 0
+    made = Motion.load(out)
+    assert (made.action, made.fps, made.frames) == ("Sneak,Run", 30, 90)
     assert main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"]) == 0
     loop = Motion.load(out)
     assert np.abs(loop.root[:, [0, 2]]).max() < 0.3

@@ -11,6 +11,9 @@ from a2v.kinematics import forward_kinematics, quat_to_rotvec, rotvec_to_quat, s
 from a2v.kinematics.orientations import rotvecs_of
 from a2v.types import FloatArray, Motion
 
+SHOWN_FPS = 30.0
+"""Frames a second of what is shown and exported, unless another rate is asked for."""
+
 MAX_JOINT_FRAMES = 1_000_000
 """Joints times frames of the longest clip that is read or resampled; working on one takes some 700 bytes a joint and frame."""
 
@@ -18,9 +21,9 @@ MAX_JOINT_FRAMES = 1_000_000
 def resample_motion(motion: Motion, fps: float) -> Motion:
     """Resample clip(s) to `fps`, keeping the duration from the first to the last frame.
 
-    Rotations (as quaternions of continuous sign), root and bone lengths run through monotone cubics (PCHIP): smooth in
-    velocity, no overshoot, so that a foot that stands still keeps still; frames that both rates share are unchanged, and
-    bones keep their lengths.
+    Rotations (as quaternions of continuous sign), root and bone lengths run through cubic splines; frames that both rates
+    share are unchanged, and bones keep their lengths. Beside monotone cubics, splines are nearer to what was recorded, and
+    feet slide and sink less (docs/animation.md).
 
     Parameters
     ----------
@@ -43,7 +46,7 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
         raise InputError(f"fps is {fps}; expected 0.1 to 1000 frames per second")
     if fps == motion.fps:
         return motion
-    frames = int(np.floor((motion.frames - 1) / motion.fps * fps + 1e-6)) + 1
+    frames = frames_made(motion.frames, motion.fps, fps)
     if frames * len(motion.parents) > MAX_JOINT_FRAMES:
         raise InputError(
             f"{motion.frames} frames at {motion.fps:g} a second become {frames} at {fps:g}, with {len(motion.parents)} joints more than "
@@ -52,8 +55,18 @@ def resample_motion(motion: Motion, fps: float) -> Motion:
     if motion.frames == 1:
         return dataclasses.replace(motion, fps=float(fps))
     at = np.minimum(np.arange(frames) * (motion.fps / fps), motion.frames - 1)
-    given = motion.given_frames and int(np.floor((motion.given_frames - 1) / motion.fps * fps + 1e-6)) + 1
+    given = motion.given_frames and frames_made(motion.given_frames, motion.fps, fps)
     return dataclasses.replace(resample_at(motion, at), fps=float(fps), given_frames=given)
+
+
+def frames_made(frames: int, fps: float, rate: float) -> int:
+    """Frames at `rate` that resampling makes out of `frames` at `fps`."""
+    return int(np.floor((frames - 1) / fps * rate + 1e-6)) + 1
+
+
+def frames_needed(frames: int, fps: float, rate: float) -> int:
+    """Fewest frames at `fps` out of which resampling makes `frames` at `rate`, or more."""
+    return int(np.ceil((frames - 1) / rate * fps - 1e-6)) + 1
 
 
 def resample_at(motion: Motion, at: FloatArray) -> Motion:
@@ -64,19 +77,17 @@ def resample_at(motion: Motion, at: FloatArray) -> Motion:
     rotvecs = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
     root = interpolate(motion.joints[..., 0, :].astype(np.float64), at, axis=-2)
     joints = forward_kinematics(rotvecs, root, interpolate(lengths, at, axis=-2), skeleton)
-    return dataclasses.replace(
-        motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32)
-    )
+    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32))
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:
-    """Values at fractional frames `at` along `axis`: monotone cubic, linear for two frames."""
-    from scipy.interpolate import PchipInterpolator
+    """Values at fractional frames `at` along `axis`: a cubic spline, linear for two frames."""
+    from scipy.interpolate import CubicSpline
 
     count = values.shape[axis]
     if count == 1:
         return np.repeat(values, len(at), axis=axis)
-    result: FloatArray = PchipInterpolator(np.arange(count), values, axis=axis)(at)
+    result: FloatArray = CubicSpline(np.arange(count), values, axis=axis)(at)
     return result
 
 

@@ -7,6 +7,7 @@ belongs to a step.
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -23,6 +24,48 @@ from a2v.types import FloatArray, IntArray, Motion
 LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
 #: How velocities count beside positions where a cycle is closed, seconds.
 VELOCITY_SECONDS = 0.15
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edit:
+    """What is done to a clip once it is made.
+
+    Attributes
+    ----------
+    speed : float
+        Tempo: 2 is twice as fast.
+    mirror : bool
+        Left and right exchanged.
+    loop : bool
+        A seamless cycle out of the clip.
+    in_place : bool
+        Neither travel nor turning; the sway of steps stays.
+    """
+
+    speed: float = 1.0
+    mirror: bool = False
+    loop: bool = False
+    in_place: bool = False
+
+    def __post_init__(self) -> None:
+        check_speed(self.speed)
+
+
+def edited(motion: Motion, edit: Edit) -> Motion:
+    """The clip or batch in the tempo and in the place that `edit` asks for.
+
+    Raises
+    ------
+    InputError
+        A loop or a clip in place is asked of a batch; see the functions for each.
+    """
+    if (edit.loop or edit.in_place) and motion.batch:
+        raise InputError("loop and in-place are for one clip; leave --count out")
+    made = change_speed(motion, edit.speed)
+    made = mirror_motion(made) if edit.mirror else made
+    if edit.loop:
+        return make_loop(made, in_place=edit.in_place)
+    return put_in_place(made) if edit.in_place else made
 
 
 def put_in_place(motion: Motion) -> Motion:
@@ -58,11 +101,32 @@ def change_speed(motion: Motion, speed: float) -> Motion:
     InputError
         `speed` is not from .1 to 10.
     """
+    return retimed(motion, fps=motion.fps, speed=speed)
+
+
+def retimed(motion: Motion, *, fps: float, speed: float = 1.0) -> Motion:
+    """The clip or batch at another frame rate and `speed` times as fast.
+
+    Raises
+    ------
+    InputError
+        A number is out of range.
+    """
+    check_speed(speed)
+    quick = motion if speed == 1 else dataclasses.replace(motion, fps=motion.fps * speed)
+    return resample_motion(quick, fps)
+
+
+def check_speed(speed: float) -> None:
+    """Refuse a tempo that is no tempo.
+
+    Raises
+    ------
+    InputError
+        `speed` is not from .1 to 10.
+    """
     if not 0.1 <= speed <= 10:
         raise InputError(f"speed is {speed:g}; expected .1 to 10 times the recorded one")
-    if speed == 1:
-        return motion
-    return dataclasses.replace(resample_motion(dataclasses.replace(motion, fps=motion.fps * speed), motion.fps), fps=motion.fps)
 
 
 def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = LEAST_LOOP_SECONDS) -> Motion:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,9 +11,10 @@ from scipy.ndimage import uniform_filter1d
 from a2v.errors import InputError
 from a2v.kinematics.resample import resample_at
 from a2v.motion.card import MAX_FRAMES
+from a2v.motion.edit import check_speed
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
-from a2v.types import Motion
+from a2v.types import FloatArray, Motion
 
 #: Seconds over which tempo changes from one step to the next.
 EASE_SECONDS = 0.5
@@ -38,7 +40,17 @@ def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
     return counts
 
 
-def perform(model: MotionModel, steps: Sequence[Step], *, frames: int = 60, count: int = 1, seed: int = 0) -> Motion:
+def perform(
+    model: MotionModel,
+    steps: Sequence[Step],
+    *,
+    frames: int = 60,
+    fps: float | None = None,
+    speed: float = 1.0,
+    count: int = 1,
+    seed: int = 0,
+    lengths: FloatArray | None = None,
+) -> Motion:
     """Clips of `steps` in turn, each as long as it says.
 
     Parameters
@@ -46,26 +58,44 @@ def perform(model: MotionModel, steps: Sequence[Step], *, frames: int = 60, coun
     model : MotionModel
     steps : sequence of Step
     frames : int
-        Shared alike by the steps that name no length, at the model's rate.
+        Of the result; shared alike by the steps that name no length.
+    fps : float or None
+        Frames a second of the result; None for the model's own.
+    speed : float
+        Tempo of the whole, beside that of its steps.
     count : int
         Clips; with 1 the result has no leading dimension.
     seed : int
+    lengths : (J,) float or None
+        Bone lengths, native units; the model's own without.
 
     Raises
     ------
     InputError
         An unknown action, or a number out of range.
     """
-    lasting = step_frames(steps, frames=frames, fps=model.fps)
-    made_of = [max(1, round(length * step.speed)) for length, step in zip(lasting, steps, strict=True)]
-    names = model.check_request([step.action for step in steps], frames=sum(made_of), count=count)
-    labels = np.repeat([model.label(name) for name in names], made_of)
-    body = np.tile(model.bone_lengths, (count, 1))
-    joints, rotations = model.generate(np.tile(labels, (count, 1)), body, np.random.default_rng(seed))
-    motion = model.to_motion(joints, rotations, lengths=model.bone_lengths, names=names, seed=seed)
-    if any(step.speed != 1 for step in steps):
-        pace = np.repeat([made / length for made, length in zip(made_of, lasting, strict=True)], lasting)
-        eased = uniform_filter1d(pace, max(1, round(EASE_SECONDS * model.fps)), mode="nearest")
-        at = np.concatenate([[0.0], np.cumsum(eased)[:-1]])
-        motion = resample_at(motion, np.minimum(at * (sum(made_of) - 1) / max(at[-1], 1e-9), sum(made_of) - 1))
+    rate = model.fps if fps is None else fps
+    check_speed(speed)
+    lasting = step_frames(steps, frames=frames, fps=rate)
+    at, starts = _moments(steps, lasting, ease=EASE_SECONDS * rate, pace=speed * model.fps / rate)
+    made = int(np.ceil(at[-1] - 1e-6)) + 1
+    names = model.check_request([step.action for step in steps], frames=made, count=count)
+    labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
+    body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
+    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), np.random.default_rng(seed))
+    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed)
+    if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
+        motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     return motion if count > 1 else motion[0]
+
+
+def _moments(steps: Sequence[Step], lasting: Sequence[int], *, ease: float, pace: float) -> tuple[FloatArray, FloatArray]:
+    """When the frames of a result (T,) take place, in frames of what is made for it, and when its steps begin (S,).
+
+    `lasting`: frames of each step; `ease`: frames over which the tempo changes; `pace`: frames made for one of a step as recorded.
+    """
+    paces = np.repeat([step.speed * pace for step in steps], lasting)
+    if np.ptp(paces) > 0:
+        paces = uniform_filter1d(paces, max(1, round(ease)), mode="nearest")
+    at = np.concatenate([[0.0], np.cumsum(paces)])
+    return at[:-1], at[np.cumsum([0, *lasting[:-1]])]

@@ -10,11 +10,12 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.gltf import VrmMeta, write_morph_glb
 from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
+from a2v.kinematics.resample import SHOWN_FPS
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character
 from pipelines.answer import Answer
 from pipelines.graph import video_graph
-from pipelines.inputs import MODEL, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
+from pipelines.inputs import FPS, FRAMES, MODEL, SECONDS, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
@@ -49,8 +50,9 @@ class Options:
     actions: str = option("of the model, with commas; each becomes a clip", default="")
     motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
     model: str = option(MODEL, default="cmu")
-    frames: int = option("frames a clip, at most for files", default=60)
-    fps: float | None = option("resample the clips to this many frames a second", default=None)
+    seconds: float | None = option(SECONDS, default=None)
+    frames: int | None = option(FRAMES, default=None)
+    fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the motions", default=0)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions)
@@ -68,7 +70,15 @@ def run(options: Options) -> Answer:
     store = Store(options.running.cache)
     photo = options.photo.parameters(store, options.stages)
     parameters = [
-        motion_inputs(action=name, motion=file, model=options.model, frames=options.frames, seed=options.seed, fps=options.fps)
+        motion_inputs(
+            action=name,
+            motion=file,
+            model=options.model,
+            seconds=options.seconds,
+            frames=options.frames,
+            seed=options.seed,
+            fps=options.fps,
+        )
         for name, file in wanted.items()
     ]
     check_writable(path.parent)

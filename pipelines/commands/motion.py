@@ -14,17 +14,17 @@ from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import write_npz
 from a2v.kinematics import bone_lengths
-from a2v.kinematics.resample import resample_motion
+from a2v.kinematics.resample import SHOWN_FPS, frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.direct import follow_path, read_path
-from a2v.motion.edit import change_speed, make_loop, mirror_motion, put_in_place
-from a2v.motion.prompts import Step, Vocabulary, explain, parse_prompt
+from a2v.motion.edit import Edit, edited, retimed
+from a2v.motion.prompts import Step
 from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
-from pipelines.inputs import MODEL, check_writable
+from pipelines.inputs import ACTION, FPS, FRAMES, MODEL, SECONDS, check_writable, length_of, read_prompt
 from pipelines.options import flag, option
 from pipelines.rigs import IN_PLACE, ROOT_MOTION, RigOptions, write_rigged_motion
 
@@ -56,13 +56,13 @@ FORMATS = (*MOTION_FORMATS, *DRAWN_FORMATS)
 class Options:
     """What the command takes."""
 
-    action: str = option(
-        "what to do, by name or in words; several with commas or 'then' follow each other, a pattern with * makes one clip each"
-    )
+    action: str = option(f"{ACTION}; a pattern with * makes one clip each")
     model: str = option(MODEL, default="cmu")
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
     count: int = option("clips", default=1)
-    frames: int = option("frames a clip", default=60)
+    seconds: float | None = option(SECONDS, default=None)
+    frames: int | None = option(FRAMES, default=None)
+    fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the noise", default=0)
     bone_scale: float | str = option(
         "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)", default=1.0, metavar="FACTOR"
@@ -82,8 +82,19 @@ class Options:
     mirror: bool = flag("left and right exchanged")
     loop: bool = flag("a seamless cycle out of the clip")
     in_place: bool = flag(IN_PLACE)
-    fps: float | None = option("frames a second of what is written; by default the model's", default=None)
-    native: bool = flag(".npz of joints in the data set's own frame and unit, first root at the origin")
+    native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
+
+    def frames_written(self, model: MotionModel) -> int:
+        """Frames of a clip that is written."""
+        return length_of(frames=self.frames, seconds=self.seconds, fps=self.rate(model), longest=model.card.frames / model.fps)
+
+    def length(self, model: MotionModel) -> int:
+        """Frames of a clip at the model's own rate."""
+        return frames_needed(self.frames_written(model), model.fps * self.speed, self.rate(model))
+
+    def rate(self, model: MotionModel) -> float:
+        """Frames a second of what is written."""
+        return model.fps if self.native else self.fps
 
 
 MAX_FRAMES = 1_500_000
@@ -93,19 +104,19 @@ MAX_FRAMES = 1_500_000
 def run(options: Options) -> Answer:
     """Generate."""
     path = Path(options.out)
-    if options.count * max(options.frames, 1) > MAX_FRAMES:
-        raise InputError(f"{options.count} clips of {options.frames} frames; expected at most {MAX_FRAMES:,} frames in all")
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
     model = MotionModel.load(options.model)
+    if options.count * options.length(model) > MAX_FRAMES:
+        raise InputError(f"{options.count} clips of {options.length(model)} frames; expected at most {MAX_FRAMES:,} frames in all")
     if options.native:
         content = native(model, options)
         check_writable(path.parent)
         write_npz(path, content)
         return Answer(files=[path])
-    made = edited(generate(model, options), options)
+    made = edited(generate(model, options), Edit(mirror=options.mirror, loop=options.loop, in_place=options.in_place))
     check_writable(path.parent)
     written = write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged)
     return Answer(files=written, facts={"action": made.action, "frames": made.frames, "fps": float(made.fps)})
@@ -123,7 +134,7 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
 
 
 def generate(model: MotionModel, options: Options) -> Motion:
-    """The clip or clips that the options ask for.
+    """The clip or clips that the options ask for, in their tempo and at their rate, before they are edited.
 
     Raises
     ------
@@ -138,40 +149,40 @@ def generate(model: MotionModel, options: Options) -> Motion:
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
     if options.path is not None:
-        return along_path(model, options)
-    steps = [] if "a pattern" in alone else understood(model, options.action)
-    names = [step.action for step in steps] or [name.strip() for name in options.action.split(",")]
-    if options.start:
-        return outpaint(
-            model,
-            first_frames(options.start, options.start_frames),
-            names,
-            frames=options.frames,
-            count=options.count,
-            seed=options.seed,
-        )
-    if options.interpolate:
-        if len(names) > 1:
-            raise InputError("interpolate goes between two motions of one action; give one --action")
-        last = options.seed + 1 if options.to_seed is None else options.to_seed
-        return interpolate(model, names[0], seeds=(options.seed, last), rows=options.interpolate, frames=options.frames)
-    if alone:
-        found = [action for name in names for action in matching_actions(model, name)]
-        return sample_each(model, found, frames=options.frames, seed=options.seed)
-    if any(step != Step(action=step.action) for step in steps) and not changed:
-        return perform(model, steps, frames=options.frames, count=options.count, seed=options.seed)
-    return model.sample(
-        names, frames=options.frames, count=options.count, seed=options.seed, bone_scale=bone_scale(options.bone_scale),
-        lengths=own_bones(model, options),
-    )  # fmt: skip
+        return retimed(along_path(model, options), fps=options.fps, speed=options.speed)
+    if not alone:
+        lengths = own_bones(model, options)
+        lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
+        return perform(
+            model, understood(model, options.action), frames=options.frames_written(model), fps=options.rate(model), speed=options.speed,
+            count=options.count, seed=options.seed, lengths=lengths,
+        )  # fmt: skip
+    made = retimed(_application(model, options, alone[0]), fps=options.rate(model), speed=options.speed)
+    return made.first(min(made.frames, options.frames_written(model)))
+
+
+def _application(model: MotionModel, options: Options, which: str) -> Motion:
+    """The clips of --start, --interpolate or a pattern, at the model's own rate."""
+    frames = options.length(model)
+    if which == "a pattern":
+        found = [action for name in options.action.split(",") for action in matching_actions(model, name.strip())]
+        return sample_each(model, found, frames=frames, seed=options.seed)
+    names = [step.action for step in understood(model, options.action)]
+    if which == "start":
+        assert options.start is not None
+        start = first_frames(options.start, options.start_frames)
+        return outpaint(model, start, names, frames=frames, count=options.count, seed=options.seed)
+    if len(names) > 1:
+        raise InputError("interpolate goes between two motions of one action; give one --action")
+    last = options.seed + 1 if options.to_seed is None else options.to_seed
+    return interpolate(model, names[0], seeds=(options.seed, last), rows=options.interpolate, frames=frames)
 
 
 def understood(model: MotionModel, text: str) -> list[Step]:
     """The steps of a prompt; says on standard error what was taken for what, where that is not the action's own name."""
-    steps, matches = parse_prompt(text, Vocabulary.of(model.card))
-    for match, line in zip(matches, explain(matches), strict=True):
-        if match.score < 1:
-            print(line, file=sys.stderr)
+    steps, lines = read_prompt(model, text)
+    for line in lines:
+        print(line, file=sys.stderr)
     return steps
 
 
@@ -189,18 +200,6 @@ def along_path(model: MotionModel, options: Options) -> Motion:
     if len(steps) != 1:
         raise InputError("a path is walked by one action; give one --action")
     return follow_path(model, steps[0].action, read_path(options.path or ""), speed=options.pace, seed=options.seed)
-
-
-def edited(motion: Motion, options: Options) -> Motion:
-    """The clip or clips at the frame rate, in the tempo and in the place that the options ask for."""
-    made = change_speed(motion, options.speed) if options.speed != 1 else motion
-    made = resample_motion(made, options.fps) if options.fps is not None else made
-    made = mirror_motion(made) if options.mirror else made
-    if (options.loop or options.in_place) and made.batch:
-        raise InputError("loop and in-place are for one clip; leave --count out")
-    if options.loop:
-        return make_loop(made, in_place=options.in_place)
-    return put_in_place(made) if options.in_place else made
 
 
 def bone_scale(text: float | str) -> float | dict[str, float]:
@@ -253,13 +252,14 @@ def first_frames(path: str, frames: int | None) -> Motion:
 def native(model: MotionModel, options: Options) -> dict[str, object]:
     """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T) and what they mean."""
     names = [model.actions[model.label(name.strip())] for name in options.action.split(",")] if "*" not in options.action else []
+    frames = options.length(model)
     plain = len(names) == 1 and not options.start and not options.interpolate
     if plain:
         own = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if own is None else own
-        joints = model.sample_native(names[0], frames=options.frames, count=options.count, seed=options.seed, lengths=lengths)
+        joints = model.sample_native(names[0], frames=frames, count=options.count, seed=options.seed, lengths=lengths)
         joints = joints if options.count > 1 else joints[0]
-        labels = np.broadcast_to(model.frame_labels(names, options.frames), joints.shape[:-2])
+        labels = np.broadcast_to(model.frame_labels(names, frames), joints.shape[:-2])
         action = names[0]
     else:
         made = generate(model, options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from pipelines.store import Store
 HELP = "Make a video of the person in a photo doing an action, seen from several sides, with a rigged character and its motion."
 EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
-  a2v video --photo me.jpg --action Walk,Jump --model cmu --frames 90 --out out/walk-jump
+  a2v video --photo me.jpg --model cmu-fine --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
   a2v video --photo me.jpg --action Jump --camera cameras.yaml --background transparent --out out/cut
@@ -59,6 +60,8 @@ def run(options: Options) -> Answer:
         stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
     out = check_writable(options.out)
+    for line in options.motion.explained():
+        print(line, file=sys.stderr)
     rigged = not options.rigging.plain
     if rigged and options.only:
         raise InputError("--only writes one stage's result, on the body's own rig; leave --rig, --root-motion and --in-place out")
@@ -86,7 +89,7 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     inputs = {name: path for name, path in files.items() if path is not None}
     if motion.motion is None:
         inputs["model"] = parameters["model"].path
-    set_ = {name: getattr(motion, name) for name in ("action", "model", "motion", "frames", "fps", "seed")}
+    set_ = {name: getattr(motion, name) for name in ("action", "model", "motion", "fps", "seed")} | {"frames": parameters["frames"]}
     set_ |= {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
     set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion", "in_place")}
     names = {"render", "cameras", *(item.name for item in dataclasses.fields(options.stages))}

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from a2v.kinematics import HUMANACT12
-from a2v.kinematics.resample import resample_motion
+from a2v.kinematics.resample import frames_made, frames_needed, resample_motion
 from tests.support.motions import random_clip
 
 
@@ -17,10 +17,21 @@ def test_resampling_keeps_shared_frames_and_bones() -> None:
     np.testing.assert_allclose(fast.joints[::3], motion.joints[::2], atol=1e-5)
     lengths = [np.linalg.norm(m.joints[:, 5] - m.joints[:, 2], axis=-1) for m in (motion, fast)]
     np.testing.assert_allclose(lengths[1], lengths[0][0], atol=1e-5)
-    still = dataclasses.replace(
-        motion,
-        joints=motion.joints[[0] * 5 + list(range(16))],
-        rotations=motion.rotations[[0] * 5 + list(range(16))],
-        root=motion.root[[0] * 5 + list(range(16))],
-    )
-    np.testing.assert_allclose(resample_motion(still, 60.0).joints[:13], np.tile(motion.joints[:1], (13, 1, 1)), atol=1e-5)
+
+
+def test_a_start_from_rest_overshoots_little() -> None:
+    motion = random_clip(HUMANACT12, frames=21)
+    order = [0] * 8 + list(range(13))
+    still = dataclasses.replace(motion, joints=motion.joints[order], rotations=motion.rotations[order], root=motion.root[order])
+    away = np.linalg.norm(resample_motion(still, 60.0).joints[:24] - motion.joints[0], axis=-1).max(1)
+    step = np.linalg.norm(motion.joints[1] - motion.joints[0], axis=-1).max()
+    assert away[18:].max() < 0.2 * step
+    assert away[:12].max() < 0.02 * step
+
+
+def test_frames_are_counted_both_ways() -> None:
+    for rate in (7.5, 12.0, 30.0, 100.0):
+        for frames in (1, 2, 13, 150):
+            needed = frames_needed(frames, 12.0, rate)
+            assert frames_made(needed, 12.0, rate) >= frames
+            assert needed == 1 or frames_made(needed - 1, 12.0, rate) < frames

@@ -31,11 +31,20 @@ def test_each_step_is_as_long_as_it_says(model: MotionModel) -> None:
 
 def test_tempo_takes_a_step_through_more_or_less_motion(model: MotionModel) -> None:
     slow = perform(model, [Step(action="Walk", frames=49, speed=0.5)], seed=2)
-    plain = model.sample("Walk", frames=24, seed=2)
+    plain = model.sample("Walk", frames=25, seed=2)
     assert slow.frames == 49
     assert abs(np.diff(slow.joints, axis=0)).mean() < 0.6 * abs(np.diff(plain.joints, axis=0)).mean()
     for end in (0, -1):
         np.testing.assert_allclose(slow.joints[end], plain.joints[end], atol=1e-4)
+
+
+def test_another_rate_and_tempo_take_as_long_as_they_say(model: MotionModel) -> None:
+    steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=15)]
+    plain, fine, quick = (perform(model, steps, fps=fps, speed=speed, seed=3) for fps, speed in ((12.0, 1.0), (30.0, 1.0), (30.0, 1.5)))
+    assert (plain.frames, fine.frames, quick.frames) == (24 + 15, 60 + 15, 60 + 15)
+    assert (fine.fps, quick.fps) == (30, 30)
+    np.testing.assert_allclose(fine.joints[:50:5], plain.joints[:20:2], atol=1e-4)
+    assert abs(np.diff(quick.root, axis=0)).mean() > 1.2 * abs(np.diff(fine.root, axis=0)).mean()
 
 
 def test_too_much_or_nothing_is_refused(model: MotionModel) -> None:

@@ -60,7 +60,8 @@ def run(options: Options) -> Answer:
         stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
     out = check_writable(options.out)
-    for line in options.motion.explained():
+    understood = options.motion.explained()
+    for line in understood:
         print(line, file=sys.stderr)
     rigged = not options.rigging.plain
     if rigged and options.only:
@@ -76,7 +77,12 @@ def run(options: Options) -> Answer:
     options.running.tell_times(outcome)
     if not written:
         raise InputError(f"{options.only} gave nothing to write")
-    return Answer(files=[*written, report], text=str(written[0]), notes=outcome.notes, facts={"seconds": round(outcome.seconds, 3)})
+    return Answer(
+        files=[*written, report],
+        text=str(written[0]),
+        notes=outcome.notes,
+        facts={"seconds": round(outcome.seconds, 3), "understood": understood},
+    )
 
 
 def _write_report(options: Options, parameters: Parameters, outcome: Outcome, written: list[Path]) -> Path:

@@ -38,6 +38,26 @@ def test_train_then_sample_then_evaluate(tmp_path, data_dir, arguments):
     assert all(len(row["fid"]) == 1 for row in scores.values())
 
 
+def test_a_baseline_is_trained_and_measured_in_both_protocols(tmp_path, data_dir, capsys):
+    data, run = ["--dataset", "humanact12", "--data", str(data_dir)], tmp_path / "run"
+    small = ["--iterations", "2", "--batch_size", "4", "--width", "0.1", "--threads", "1"]
+    assert main(["train", "baseline", "--name", "two-stage-gan", *data, "--out", str(run), *small]) == 0
+    table = tmp_path / "table.md"
+    models = ["--model", str(run / "baseline.pt"), "--model", "first-frame"]
+    assert main(["evaluate", *data, *models, "--out", str(table), "--clips", "300", "--repeats", "1"]) == 0
+    text = table.read_text()
+    assert "| two-stage-gan (baseline.pt) |" in text
+    assert "| Two-stage GAN | 10.480 | 0.421 |" in text  # as published
+    plain, alike = (json.loads(table.with_suffix(suffix).read_text()) for suffix in (".json", ".alike.json"))
+    assert (plain["protocol"]["labels"], alike["protocol"]["labels"]) == ("data", "uniform")
+    assert list(alike["scores"])[:2] == ["Real motions", "Real, drawn alike"]
+    assert alike["scores"]["Real, drawn alike"]["fid"][0] > 3 * alike["scores"]["Real motions"]["fid"][0]
+    assert alike["scores"]["a real first pose, then zeros"]["accuracy"][0] < 0.2
+    capsys.readouterr()
+    assert main(["evaluate", "--dataset", "cmu", "--data", str(data_dir), *models[:2], "--out", str(table)]) == 2
+    assert "knows other actions, joints or lengths than cmu" in capsys.readouterr().err
+
+
 def test_a_model_of_other_actions_is_refused(tmp_path, data_dir, capsys):
     arguments = ["evaluate", "--dataset", "humanact12", "--data", str(data_dir), "--model", "cmu", "--out", str(tmp_path / "t.md")]
     assert main(arguments) == 2

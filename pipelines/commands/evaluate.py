@@ -10,17 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from a2v.datasets import ActionDataset
-from a2v.errors import InputError
 from a2v.evaluation.classifier import Evaluator, load_evaluator
 from a2v.evaluation.protocol import (
     REAL,
+    REAL_ALIKE,
     EvaluationSettings,
     Generate,
     Scores,
     action_table,
     evaluate,
     evaluate_actions,
-    generator_of,
     markdown_table,
     physics_table,
     recorded,
@@ -28,12 +27,12 @@ from a2v.evaluation.protocol import (
     scores_as_dict,
     scores_from_dict,
 )
+from a2v.evaluation.published import published_table
 from a2v.evaluation.training import FILE, ClassifierSettings
-from a2v.motion import MotionModel
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.commands.train_classifier import run_classifier
-from pipelines.inputs import MODEL
+from pipelines.evaluated import MODELS, Evaluated, open_models
 from pipelines.motion_data import DataOptions, hold_out
 from pipelines.options import group, option, settings
 from pipelines.tables import table_path, table_result, write_numbers, write_table
@@ -42,13 +41,14 @@ HELP = "Measure motion models under the papers' protocol: FID, accuracy, diversi
 EXAMPLES = """examples:
   a2v evaluate --dataset humanact12 --data ../shared/data --model humanact12 --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
-  a2v evaluate --dataset cmu --data ../shared/data --model cmu --labels uniform --out table.md
+  a2v evaluate --dataset humanact12 --data ../shared/data --model runs/condgru/baseline.pt --model first-frame --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held-out P03,P10 --out table.md
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
 
-Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
+Every table comes twice: actions as frequent as in the data, and drawn alike, as the papers' figures were made (--alike false: only the first). Rows of
+the one don't compare with rows of the other. Writes the tables as Markdown and, beside them, every repeat's values with protocol, seeds and data hashes as JSON. --state zeros is the
 deterministic protocol: the classifier then adds no noise of its own, and the seed decides everything.
 Rows that --out already has of the same models, data, classifier and protocol are kept: a killed run goes on, and a model is added at its own cost.
 --evaluator is the trained action classifier; by default the authors' own in DATA/evaluators, else OUT's folder/classifier.pt, which is
@@ -68,11 +68,14 @@ EVALUATORS = {
 class Options(DataOptions):
     """What the command takes."""
 
-    model: tuple[str, ...] = option(f"{MODEL}; may be repeated", default=(), many="repeated")
+    model: tuple[str, ...] = option(f"{MODELS}; may be repeated", default=(), many="repeated")
     evaluator: str | None = option("file of a trained action classifier", default=None, metavar="FILE")
     actions: str = option("actions to measure each by itself too, with commas (500 clips)", default="")
     held_out: str = option("subjects to compare with alone too: names with commas, or auto", default="none")
     out: str = option("the .md to write; the .json lies beside it")
+    alike: bool = option(
+        "a second table with actions drawn alike, as the papers' figures were made; its numbers go to .alike.json", default=True
+    )
     protocol: EvaluationSettings = group(EvaluationSettings)
     classifier: ClassifierSettings = settings(ClassifierSettings)
 
@@ -101,29 +104,6 @@ def find_evaluator(options: Options, dataset: ActionDataset) -> Evaluator:
     return found
 
 
-def open_models(names: Sequence[str], dataset: ActionDataset) -> dict[str, MotionModel]:
-    """Models by the name that the tables show.
-
-    Raises
-    ------
-    InputError
-        One is missing or knows other actions or joints.
-    """
-    models: dict[str, MotionModel] = {}
-    for name in names:
-        model = MotionModel.load(name)
-        if model.actions != dataset.actions or model.card.joint_names != dataset.skeleton.joint_names:
-            raise InputError(f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}")
-        path = Path(name)
-        shown = f"{model.card.decoder} ({path.name})"
-        if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
-            shown = f"{model.card.decoder} ({path.parent.name}/{path.name})"
-        if shown in models:
-            raise InputError(f"model '{name}' is given twice, or two models lie in folders of the same name; rename one")
-        models[shown] = model
-    return models
-
-
 def run(options: Options) -> Answer:
     """Measure."""
     out, protocol = table_path(options.out), options.protocol
@@ -140,6 +120,10 @@ def run(options: Options) -> Answer:
             physics,
         ]
     content = table.content(scores)
+    if options.alike and protocol.labels == "data":
+        text += _alike(
+            _Table(out.with_suffix(".alike.md"), dataset, evaluator, replace(protocol, labels="uniform", physics_clips=0), opened)
+        )
     if options.actions:
         alone = replace(protocol, clips=min(500, protocol.clips), physics_clips=0)
         tables = table.measure_actions([name.strip() for name in options.actions.split(",")], alone, content)
@@ -159,26 +143,37 @@ def run(options: Options) -> Answer:
     return table_result(out, write_table(out, text, content), content)
 
 
+def _alike(table: _Table) -> list[str]:
+    """The table with actions drawn alike, with its floor and the papers' own figures."""
+    scores = table.measure()
+    write_numbers(table.out, table.content(scores))
+    published = published_table(table.dataset.name)
+    return [
+        f"Actions drawn alike, as the published evaluation draws them while it takes real clips as they are: '{REAL_ALIKE}' is what a perfect model "
+        "scores here. Compare no row of this table with one of the table above.",
+        markdown_table(scores),
+        *(["As published, in this protocol:", published] if published else []),
+    ]
+
+
 class _Table:
     """The rows of a table. Those that its file has of the same models, data, classifier and protocol are kept: a killed run goes on,
     and a model can be added.
     """
 
     def __init__(
-        self, out: Path, dataset: ActionDataset, evaluator: Evaluator, protocol: EvaluationSettings, opened: Mapping[str, MotionModel]
+        self, out: Path, dataset: ActionDataset, evaluator: Evaluator, protocol: EvaluationSettings, opened: Mapping[str, Evaluated]
     ) -> None:
-        self._out, self._dataset, self._evaluator, self._protocol = out, dataset, evaluator, protocol
-        self._described = {
-            name: {"sha256": model.digest, "trained_on": model.card.dataset_digest or None} for name, model in opened.items()
-        }
-        self.models: Mapping[str, Generate] = {name: generator_of(model, dataset.length) for name, model in opened.items()}
+        self.out, self.dataset, self._evaluator, self._protocol = out, dataset, evaluator, protocol
+        self._described = {name: {"sha256": model.digest, "trained_on": model.trained_on or None} for name, model in opened.items()}
+        self.models: Mapping[str, Generate] = {name: model.generate for name, model in opened.items()}
         self._known, self._known_actions = _known_rows(out.with_suffix(".json"), self.content([]), self._described)
 
     def content(self, rows: Sequence[Scores]) -> dict[str, object]:
         """The numbers of `rows`, and what they were measured with."""
         names = {row.name for row in rows}
         models = {name: about for name, about in self._described.items() if name in names}
-        return report(rows, self._dataset, self._evaluator, self._protocol) | {"models": models}
+        return report(rows, self.dataset, self._evaluator, self._protocol) | {"models": models}
 
     def measure(self) -> list[Scores]:
         """The rows of all models; each is written when it is measured."""
@@ -186,10 +181,10 @@ class _Table:
 
         def keep(row: Scores) -> None:
             measured.append(row)
-            write_numbers(self._out, self.content(measured) | {"unfinished": True})
+            write_numbers(self.out, self.content(measured) | {"unfinished": True})
 
         with bar("evaluate", "set") as progress:
-            return evaluate(self.models, self._dataset, self._evaluator, self._protocol, known=self._known, progress=progress, on_row=keep)
+            return evaluate(self.models, self.dataset, self._evaluator, self._protocol, known=self._known, progress=progress, on_row=keep)
 
     def measure_actions(
         self, actions: Sequence[str], protocol: EvaluationSettings, content: Mapping[str, object]
@@ -199,11 +194,11 @@ class _Table:
 
         def keep(action: str, row: Scores) -> None:
             single.setdefault(action, []).append(row)
-            write_numbers(self._out, {**content, **_actions_content(protocol, single), "unfinished": True})
+            write_numbers(self.out, {**content, **_actions_content(protocol, single), "unfinished": True})
 
         with bar("actions", "set") as progress:
             return evaluate_actions(
-                self.models, self._dataset, self._evaluator, actions, protocol, known=self._known_actions, progress=progress, on_row=keep
+                self.models, self.dataset, self._evaluator, actions, protocol, known=self._known_actions, progress=progress, on_row=keep
             )
 
 
@@ -219,7 +214,7 @@ def _known_rows(
         old = json.loads(path.read_text())
         if any(old[part] != wanted[part] for part in ("protocol", "dataset", "classifier", "versions")):
             return {}, {}
-        kept = {REAL, *(name for name, about in models.items() if old["models"].get(name) == about)}
+        kept = {REAL, REAL_ALIKE, *(name for name, about in models.items() if old["models"].get(name) == about)}
 
         def rows(part: Mapping[str, Any]) -> dict[str, Scores]:
             return scores_from_dict({name: row for name, row in part.items() if name in kept})
@@ -230,10 +225,10 @@ def _known_rows(
         return {}, {}  # none, or not such a table: it is measured anew and replaced
 
 
-def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, MotionModel]) -> str:
+def _describe_split(training: ActionDataset, unseen: ActionDataset, evaluator: Evaluator, models: Mapping[str, Evaluated]) -> str:
     """Who is compared with whom, and which models and classifiers have seen the held-out people."""
     people = sorted(set(unseen.subjects))
-    blind = [name for name, model in models.items() if model.card.dataset_digest == training.digest]
+    blind = [name for name, model in models.items() if model.trained_on == training.digest]
     seen = [name for name in models if name not in blind]
     lines = [
         f"Against the {len(unseen)} clips of {', '.join(people)} alone ({len(training)} clips are of others). Actions and bone lengths of generated "

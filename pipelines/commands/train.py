@@ -7,6 +7,7 @@ SUBCOMMANDS = {
     "motion": "the papers' VAE",
     "flow": "our own window flow",
     "classifier": "the papers' action classifier",
+    "baseline": "the systems that the papers compare with",
     "reconstruction": "the pixel-aligned networks",
 }
 EXAMPLES = """examples:

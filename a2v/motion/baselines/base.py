@@ -1,0 +1,130 @@
+"""What the five baselines share: their sizes, a batch, and how a network is improved."""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+FIRST_STAGE = 0.6
+"""Share of the training that goes to the first of two stages, where there are two; the second's iterations cost far more."""
+
+Improve = Callable[[nn.Module, Tensor], float]
+"""One step of the optimizer on the weights of a module, and of no other, down a loss (); the loss as a number."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What the data ask for: numbers of a pose D = 3 J, actions C, frames T of a clip; `width` multiplies the widths of hidden layers."""
+
+    pose: int
+    actions: int
+    frames: int
+    width: float = 1.0
+
+    def hidden(self, published: int) -> int:
+        """The width of a hidden layer that is `published` wide in the original."""
+        return max(2, round(published * self.width))
+
+
+class Batch(NamedTuple):
+    """Clips: poses (B, T, D) native units with the first root at the origin, actions (B, C) one-hot, labels (B,)."""
+
+    poses: Tensor
+    actions: Tensor
+    labels: Tensor
+
+
+class Baseline(nn.Module, ABC):
+    """A model of motions that is trained from clips and sampled by action."""
+
+    SOURCE: ClassVar[str]
+    """The paper that it is from."""
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        self.sizes = sizes
+
+    @property
+    def window(self) -> int:
+        """Frames of the clips that it learns from."""
+        return self.sizes.frames
+
+    @abstractmethod
+    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+        """One iteration, when the share `progress` of the training is done; losses by names that are the same in every iteration."""
+
+    @abstractmethod
+    def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
+        """Poses (B, T, D) of actions (B, C). `first` (B, D) are real first poses, which only CondGRU needs. Call in `eval` mode."""
+
+
+def layers(*widths: int, norm: bool = False, slope: float = 0.2) -> nn.Sequential:
+    """Linear layers of these widths with leaky rectifiers between them, each after a batch norm if `norm`."""
+    parts: list[nn.Module] = []
+    for index, (before, after) in enumerate(itertools.pairwise(widths)):
+        parts.append(nn.Linear(before, after))
+        if index < len(widths) - 2:
+            parts += [nn.BatchNorm1d(after)] * norm + [nn.LeakyReLU(slope)]
+    return nn.Sequential(*parts)
+
+
+def normal(draws: torch.Generator, *shape: int) -> Tensor:
+    """Standard normal numbers of a shape."""
+    return torch.randn(*shape, generator=draws)
+
+
+def over_time(vector: Tensor, frames: int) -> Tensor:
+    """A vector (B, N) repeated for every frame: (B, T, N)."""
+    return vector[:, None].expand(-1, frames, -1)
+
+
+def real_or_not(logits: Tensor, real: bool) -> Tensor:
+    """Binary cross entropy () of logits that should all say `real`."""
+    return functional.binary_cross_entropy_with_logits(logits, torch.full_like(logits, float(real)))
+
+
+def random_poses(batch: Batch, draws: torch.Generator, each: int = 4) -> tuple[Tensor, Tensor]:
+    """Poses (B each, D) of random frames, and their actions (B each, C)."""
+    clips, frames = batch.poses.shape[:2]
+    chosen = torch.randint(0, frames, (clips, each), generator=draws)
+    return batch.poses[torch.arange(clips)[:, None], chosen].flatten(0, 1), batch.actions.repeat_interleave(each, 0)
+
+
+def wasserstein_round(
+    generate: Callable[[int], Tensor],
+    generator: nn.Module,
+    critic: nn.Module,
+    real: Tensor,
+    given: Tensor,
+    improve: Improve,
+    draws: torch.Generator,
+    *,
+    rounds: int = 3,
+    penalty: float = 10.0,
+) -> dict[str, float]:
+    """`rounds` steps of a critic and one of its generator, with the gradient penalty of Gulrajani et al. (2017).
+
+    Parameters
+    ----------
+    generate : makes poses (N, D) of a number N
+    real : (N, D)
+    given : (N, C) or (N, 0)
+        What the critic is told of each pose.
+    """
+    for _ in range(rounds):
+        fake = generate(len(real)).detach()
+        share = torch.rand(len(real), 1, generator=draws)
+        between = (share * real + (1 - share) * fake).requires_grad_()
+        (slope,) = torch.autograd.grad(critic(torch.cat([between, given], -1)).sum(), between, create_graph=True)
+        both = critic(torch.cat([torch.cat([fake, real]), torch.cat([given, given])], -1))
+        distance = both[: len(fake)].mean() - both[len(fake) :].mean()
+        criticised = improve(critic, distance + penalty * ((slope.norm(dim=-1) - 1) ** 2).mean())
+    made = improve(generator, -critic(torch.cat([generate(len(real)), given], -1)).mean())
+    return {"discriminator": criticised, "generator": made}

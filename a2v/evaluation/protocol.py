@@ -139,8 +139,7 @@ def evaluate(
         See `generator_of`.
     dataset : ActionDataset
         Real clips.
-    evaluator : Evaluator
-    settings : EvaluationSettings
+    evaluator, settings
     known : name -> Scores
         Rows of the same protocol, data and classifier, which are not measured again.
     progress : Progress
@@ -161,8 +160,7 @@ def evaluate(
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
     sampler = ClipSampler(dataset, dataset.length)
-    if settings.labels == "uniform":
-        models = {REAL_ALIKE: recorded(dataset), **models}
+    models = ({REAL_ALIKE: recorded(dataset)} if settings.labels == "uniform" else {}) | dict(models)
     names = [REAL, *models]
     rows = {name: row for name, row in (known or {}).items() if name in names}
     wanted = [name for name in names if name not in rows]

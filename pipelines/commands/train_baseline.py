@@ -7,6 +7,7 @@ from pathlib import Path
 
 from a2v.motion.baselines import NAMES
 from a2v.motion.baselines.training import FILE, BaselineSettings, train_baseline
+from pipelines.answer import Answer
 from pipelines.motion_data import hold_out
 from pipelines.options import group
 from pipelines.training import RESUMES, LearningOptions, training_bar
@@ -27,8 +28,8 @@ class Options(LearningOptions):
     training: BaselineSettings = group(BaselineSettings)
 
 
-def run(options: Options) -> int:
-    """Train; print the file's path."""
+def run(options: Options) -> Answer:
+    """Train."""
     dataset, _ = hold_out(options.open(), options.held_out)
     chosen = options.training
     with training_bar(f"{dataset.name} {chosen.name}", chosen.iterations) as show:
@@ -37,5 +38,4 @@ def run(options: Options) -> int:
             show(row, {name: value for name, value in row.items() if name in ("loss", "discriminator", "generator")})
 
         train_baseline(dataset, options.out, settings=chosen, on_log=on_log)
-    print(Path(options.out) / FILE)
-    return 0
+    return Answer(files=[Path(options.out) / FILE])

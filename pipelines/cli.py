@@ -48,6 +48,8 @@ COMMANDS = {
     "survey": "make a user study, or analyse its answers",
     "dag": "draw the pipeline",
     "cache": "show or trim what is remembered",
+    "doctor": "say what works on this machine",
+    "completion": "complete commands and options in a shell",
 }
 """Commands by name, and what they do; one is there when its module is."""
 

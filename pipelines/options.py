@@ -115,6 +115,14 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     return _made(kind, found)
 
 
+def actions_of(kind: type) -> list[argparse.Action]:
+    """Every option of a command as argparse knows it, with hyphens; for what completes and documents them."""
+    actions = list(_parser(kind, "a2v", "", "", everything=True)._actions)
+    for action in actions:
+        action.option_strings = [_with_hyphens(name) for name in action.option_strings]
+    return [action for action in actions if "--print-config" not in action.option_strings and action.dest != "help"]
+
+
 def _check_seeds(found: jsonargparse.Namespace) -> None:
     """Demand that every option which is a seed lies where numpy and the renderer take it."""
     for name, value in found.items():

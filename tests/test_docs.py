@@ -61,6 +61,7 @@ def commands(page: Path) -> list[list[str]]:
         r"`(a2v [^`]*--[^`]*)`", re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     )
     found = [shlex.split(line.removeprefix(".venv/bin/")[4:], comments=True) for line in lines if re.match(r"(\.venv/bin/)?a2v ", line)]
+    found = [words[: words.index(">")] if ">" in words else words for words in found]  # what the shell takes for itself
     return [words for words in found if not {"...", "--help", "--help-all"} & set(words)]
 
 

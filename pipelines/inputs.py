@@ -22,6 +22,7 @@ from a2v.formats.registry import readable_motions
 from a2v.io import clear_leftovers, read_bytes
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion import BUNDLED
+from a2v.motion.edit import Edit
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
@@ -33,6 +34,7 @@ from pipelines.store import File, Ref, Store
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
+    from a2v.motion.direct import Direction
     from a2v.motion.prompts import Step
     from a2v.rendering import CameraPath
     from pipelines.graph import Graph
@@ -41,10 +43,10 @@ if TYPE_CHECKING:
 
 MAX_PHOTO_BYTES = 256 << 20
 
-MODEL = f"motion model: {', '.join(tuple(BUNDLED)[:4])}... (docs/motion.md), or an .onnx file"
+MODEL = f"motion model: {', '.join(tuple(BUNDLED)[:3])}... (docs/motion.md), or an .onnx file"
 """What the options that name a motion model say."""
 
-ACTION = "what to do, by name or in words; with commas or 'then' one after the other (a2v actions lists them)"
+ACTION = "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"
 SECONDS = "length of a motion (default: 5, or as long as the model's own clips are)"
 FRAMES = "length in frames, instead of --seconds"
 FPS = "frames a second"
@@ -116,17 +118,23 @@ def length_of(*, frames: int | None, seconds: float | None, fps: float, longest:
     return frames
 
 
-def read_prompt(model: MotionModel, text: str) -> tuple[list[Step], list[str]]:
-    """The steps of an action in words, and what was taken for what, a line a part that is not an action's own name.
+def read_steps(model: MotionModel, action: str, timeline: str | None = None) -> tuple[list[Step], list[str]]:
+    """The steps of an action in words, or of a timeline's file, and what was taken for what, a line a part that is not an action's own name.
 
     Raises
     ------
     InputError
-        A part is empty, or nothing comes near it; the nearest are named.
+        Neither or both are given, a part is empty, or nothing comes near it; the nearest are named.
     """
     from a2v.motion.prompts import Vocabulary, explain, parse_prompt
+    from a2v.motion.timeline import read_timeline
 
-    steps, matches = parse_prompt(text, Vocabulary.of(model.card))
+    if timeline is not None and action:
+        raise InputError("both action and timeline are given; give one of them")
+    if timeline is None and not action:
+        raise InputError("no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion")
+    known = Vocabulary.of(model.card)
+    steps, matches = parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
     return steps, explain([match for match in matches if match.score < 1])
 
 
@@ -139,6 +147,10 @@ def motion_inputs(
     seconds: float | None = None,
     fps: float = SHOWN_FPS,
     seed: int = 0,
+    timeline: str | None = None,
+    path: str | None = None,
+    pace: float | None = None,
+    edit: Edit = Edit(),
 ) -> Parameters:
     """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion; see `length_of`.
 
@@ -148,41 +160,91 @@ def motion_inputs(
         An unknown model or file, an action that nothing comes near (the nearest are named), or a number out of range.
     """
     if motion is not None:
-        return {"motion_file": File.of(motion), "action": action, "frames": length_of(frames=frames, seconds=seconds, fps=fps), "fps": fps}
-    if not action:
-        raise InputError("no action given; name one with --action (a2v actions lists them), or give --motion FILE.bvh")
+        if alone := [name for name, value in (("timeline", timeline), ("path", path)) if value is not None]:
+            raise InputError(f"{alone[0]} cannot be given with motion; a recorded motion goes where it went")
+        length = length_of(frames=frames, seconds=seconds, fps=fps)
+        return {"motion_file": File.of(motion), "action": action, "frames": length, "fps": fps, "edit": edit}
     from a2v.motion import MotionModel
 
     opened = MotionModel.load(model)
-    steps, _ = read_prompt(opened, action)
+    steps, _ = read_steps(opened, action, timeline)
     length = length_of(frames=frames, seconds=seconds, fps=fps, longest=opened.card.frames / opened.fps)
-    return {"model": File.of(opened.path), "steps": tuple(steps), "frames": length, "seed": seed, "fps": fps}
+    direction = read_direction(opened, steps, path, pace)
+    asked = {"steps": tuple(steps), "frames": length, "seed": seed, "fps": fps}
+    return {"model": File.of(opened.path), **asked, "edit": edit, "direction": direction}
+
+
+def read_direction(model: MotionModel, steps: Sequence[Step], path: str | None, pace: float | None) -> Direction | None:
+    """Where the motion shall go; None where nothing is asked for.
+
+    Raises
+    ------
+    InputError
+        The path is none, or the model or the steps cannot take one.
+    """
+    from a2v.motion.direct import Direction, check_directed, read_path
+
+    if path is None:
+        if pace is not None:
+            raise InputError(f"pace is {pace:g}, but there is no path; give one with --path, or change the tempo with --speed")
+        return None
+    direction = Direction(path=read_path(path), pace=pace)
+    check_directed(model, steps)
+    return direction
 
 
 # --- options that commands share; each gives the graph's parameters that it stands for
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionOptions:
-    """A motion for one person, generated or recorded."""
+class EditOptions:
+    """What is done to a motion once it is made."""
+
+    loop: bool = flag("a seamless cycle out of the motion")
+    in_place: bool = flag("neither travel nor turning; the sway of steps stays")
+    mirror: bool = flag("left and right exchanged", rare=True)
+    speed: float = option("tempo: 2 is twice as fast", default=1.0, rare=True)
+
+    @property
+    def edit(self) -> Edit:
+        """The same for the library."""
+        return Edit(speed=self.speed, mirror=self.mirror, loop=self.loop, in_place=self.in_place)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanOptions:
+    """What is done, for how long, and where to."""
 
     action: str = option(ACTION, default="")
+    timeline: str | None = option(
+        "YAML file of actions with their lengths, instead of --action (docs/motion.md)", default=None, metavar="FILE"
+    )
     model: str = option(MODEL, default="cmu")
-    motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None, rare=True)
     fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the motion: another seed, another performance", default=0)
+    path: str | None = option("go along this: points 'x,z x,z ...' in metres, or a .csv of two columns", default=None)
+    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None, rare=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions(EditOptions, PlanOptions):
+    """A motion for one person, generated or recorded."""
+
+    motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
 
     def parameters(self) -> Parameters:
         """See `motion_inputs`."""
-        return motion_inputs(**{item.name: getattr(self, item.name) for item in dataclasses.fields(self)})
+        edits = {item.name for item in dataclasses.fields(EditOptions)}
+        given = {item.name: getattr(self, item.name) for item in dataclasses.fields(self) if item.name not in edits}
+        return motion_inputs(**given, edit=self.edit)
 
     def explained(self) -> list[str]:
         """What the words of the action were taken for, a line a part that is not an action's own name."""
         from a2v.motion import MotionModel
 
-        return [] if self.motion is not None else read_prompt(MotionModel.load(self.model), self.action)[1]
+        return [] if self.motion is not None else read_steps(MotionModel.load(self.model), self.action, self.timeline)[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,11 +252,11 @@ class LookOptions:
     """How frames look."""
 
     views: str | None = option(
-        f"of {', '.join(VIEWS)}, turntable and the cameras of --camera; by default the four, or all of --camera", default=None
+        f"of {', '.join(VIEWS)}, turntable and those of --camera; by default the four, or all of those", default=None
     )
     camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
     background: str = option(
-        "stage, transparent (adds PNG frames), a colour (#30506f, navy) or an image file", default=_LOOK.background, metavar="WHAT"
+        "stage, transparent (adds PNGs), a colour (navy, #30506f) or an image file", default=_LOOK.background, metavar="WHAT"
     )
     size: int = option("pixels a side", default=_LOOK.size)
     spp: int = option("samples a pixel", default=_LOOK.spp)
@@ -263,7 +325,9 @@ class PhotoOptions:
 class CharacterStages:
     """The settings of the stages from a photo to a character; the backend says whether `implicit` or `shape` counts."""
 
-    backend: str = option("how the person is reconstructed", default=DEFAULT_BACKEND, choices=tuple(SETTINGS))
+    backend: str = option(
+        f"how the person is reconstructed: {' or '.join(SETTINGS)}", default=DEFAULT_BACKEND, choices=tuple(SETTINGS), metavar="NAME"
+    )
     perception: PerceptionSettings = settings(PerceptionSettings)
     fit: FitSettings = settings(FitSettings)
     implicit: ImplicitSettings = settings(ImplicitSettings)
@@ -376,6 +440,10 @@ def video_parameters(
     frames: int | None = None,
     seed: int = 0,
     fps: float = SHOWN_FPS,
+    timeline: str | None = None,
+    path: str | None = None,
+    pace: float | None = None,
+    edit: Edit = Edit(),
     render: RenderSettings | None = None,
     cameras: Sequence[CameraPath] = (),
     backdrop: str | os.PathLike[str] | None = None,
@@ -388,6 +456,9 @@ def video_parameters(
     InputError
         An unknown model or action (the nearest are named), a number out of range, or an unreadable file.
     """
-    moving = motion_inputs(action=action, model=model, motion=motion, seconds=seconds, frames=frames, seed=seed, fps=fps)
+    moving = motion_inputs(
+        action=action, model=model, motion=motion, seconds=seconds, frames=frames, seed=seed, fps=fps, timeline=timeline, path=path,
+        pace=pace, edit=edit,
+    )  # fmt: skip
     look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop)}
     return {**moving, **look, **photo_parameters(store, photo, **photo_options)}

@@ -103,6 +103,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         found = parser.instantiate(parser.parse_args(["--help"] if everything else given))
     except argparse.ArgumentError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        lines = [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"] if "of the Union subtypes" in str(error) else lines
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
         raise InputError(f"{_with_hyphens(text)}; see a2v {command} --help") from None
     except (A2VError, OSError):
@@ -121,6 +122,15 @@ def actions_of(kind: type) -> list[argparse.Action]:
     for action in actions:
         action.option_strings = [_with_hyphens(name) for name in action.option_strings]
     return [action for action in actions if "--print-config" not in action.option_strings and action.dest != "help"]
+
+
+def _of_no_kind(text: str) -> str:
+    """What to say where a value is of none of an option's types."""
+    given = re.search(r"Given value: (.*)", text)
+    kind = next(
+        (words for name, words in (("int", "a whole number"), ("float", "a number")) if f"<class '{name}'>" in text), "another value"
+    )
+    return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
 
 
 def _check_seeds(found: jsonargparse.Namespace) -> None:

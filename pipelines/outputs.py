@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from a2v.io import atomic_path, read_npz
+from a2v.motion.edit import Edit, put_in_place
 from a2v.types import Character, Motion
 from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.rigs import RigOptions, write_rigged
@@ -20,16 +21,18 @@ _OWN = RigOptions()
 _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "bvh": "motion.bvh"}
 
 
-def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN) -> list[Path]:
+def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN, edit: Edit = Edit()) -> list[Path]:
     """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
 
-    Character and motion are those of the run where `rig` is plain, else made of its `character` and `poses`.
+    Character and motion are those of the run where `rig` is plain, else made of its `character` and `poses`; of `edit` the place counts.
     """
     from a2v.rendering import write_page
 
     written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
     written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
     motion = outcome.get("motion", Motion)
+    if edit.in_place:
+        motion = put_in_place(motion, loop=edit.loop)
     if rig.plain:
         written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     else:

@@ -6,17 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.animation import RIGS, prepare_rig, retarget, skin_of
+from a2v.animation import RIGS, prepare_rig, skin_of
 from a2v.animation.rig_spec import OWN_RIG
 from a2v.errors import InputError
 from a2v.formats import write_glb, write_rig_bvh
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
+from a2v.motion.edit import Edit
+from a2v.motion.on_rig import retarget_edited
 from a2v.types import Character, FloatArray, Motion
 from pipelines.options import flag, option
 
 RIG = f"bones of the files for other tools: {', '.join(RIGS)}"
 ROOT_MOTION = "a root on the ground carries travel and heading, the hips the rest"
-IN_PLACE = "neither travel nor turning; the sway of steps stays"
 """What the options of the same names say."""
 
 
@@ -26,16 +27,11 @@ class RigOptions:
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(ROOT_MOTION)
-    in_place: bool = flag(IN_PLACE, rare=True)
-
-    def __post_init__(self) -> None:
-        if self.root_motion and self.in_place:
-            raise InputError("--root-motion and --in-place exclude each other; leave one of them out")
 
     @property
     def plain(self) -> bool:
         """Whether the exports are those of the body's own rig as it moves."""
-        return self.rig == OWN_RIG and not self.root_motion and not self.in_place
+        return self.rig == OWN_RIG and not self.root_motion
 
     def prepare(
         self, character: Character, clips: Mapping[str, tuple[FloatArray, float]]
@@ -43,7 +39,7 @@ class RigOptions:
         """See `a2v.animation.prepare_rig`; what is plain stays as it is."""
         if self.plain:
             return character, dict(clips)
-        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion, in_place=self.in_place)
+        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion)
 
 
 def write_rigged(folder: Path, character: Character, clip: tuple[FloatArray, float], options: RigOptions, *, name: str) -> list[Path]:
@@ -59,7 +55,7 @@ def write_avatar(
     path: Path, character: Character, clips: Mapping[str, tuple[FloatArray, float]], options: RigOptions, meta: VrmMeta
 ) -> list[Path]:
     """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip; see `check_avatar`."""
-    person, moves = prepare_rig(character, clips, rig="vrm", in_place=options.in_place)
+    person, moves = prepare_rig(character, clips, rig="vrm")
     write_vrm(path, person, meta)
     paths = [path]
     for name, (transforms, fps) in moves.items():
@@ -82,8 +78,8 @@ def check_avatar(options: RigOptions) -> None:
         raise InputError("a VRM animation has no root; leave --root-motion out, or write a .glb")
 
 
-def write_rigged_motion(path: Path, motion: Motion, options: RigOptions) -> list[Path]:
-    """Write clips on the rig of an adult of middle build as BVH; several become numbered files."""
+def write_rigged_motion(path: Path, motion: Motion, options: RigOptions, edit: Edit) -> list[Path]:
+    """Write clips, edited but for the place, on the rig of an adult of middle build as BVH; several become numbered files."""
     from a2v.body import load_body_model, make_body
 
     person = skin_of(make_body(load_body_model(), grounded=True))
@@ -91,6 +87,6 @@ def write_rigged_motion(path: Path, motion: Motion, options: RigOptions) -> list
     paths = [path.with_name(f"{path.stem}_{index:03d}{path.suffix}") for index in range(motion.batch[0])] if batch else [path]
     for index, target in enumerate(paths):
         clip = motion[index] if batch else motion
-        moved, clips = options.prepare(person, {"motion": (retarget(clip, person.body), clip.fps)})
+        moved, clips = options.prepare(person, {"motion": (retarget_edited(clip, person.body, edit), clip.fps)})
         write_rig_bvh(target, moved.body, *clips["motion"])
     return paths

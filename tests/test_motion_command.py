@@ -206,7 +206,13 @@ def test_prompts_loops_and_edits(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"]) == 0
     loop = Motion.load(out)
     assert np.abs(loop.root[:, [0, 2]]).max() < 0.3
+    (tmp_path / "t.yaml").write_text("- {action: sneak, seconds: 1}\n- {action: run, frames: 12}\n")
+    assert main([*command, "--timeline", str(tmp_path / "t.yaml"), "--seed", "4"]) == 0
+    assert (Motion.load(out).action, Motion.load(out).frames) == ("Sneak,Run", 42)
     capsys.readouterr()
+    assert main([*command, "--timeline", str(tmp_path / "t.yaml"), "--action", "Walk"]) == 2
+    assert main([*command]) == 2
+    assert main([*command, "--action", "Walk", "--pace", "1"]) == 2
     assert main([*command, "--action", "Walk", "--loop", "--count", "2"]) == 2
     assert main([*command, "--action", "Walk", "--path", "nowhere"]) == 2
     assert main([*command, "--action", "transcendence"]) == 2

@@ -8,7 +8,7 @@ from a2v.animation.deform import control_points, deform
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
 from a2v.animation.rig_spec import RIGS, load_rig
-from a2v.animation.root_motion import prepare_rig
+from a2v.animation.root_motion import prepare_rig, put_rig_in_place
 
 __all__ = [
     "RIGS",
@@ -25,6 +25,7 @@ __all__ = [
     "deform",
     "load_rig",
     "prepare_rig",
+    "put_rig_in_place",
     "retarget",
     "rig_motion",
     "skin_of",

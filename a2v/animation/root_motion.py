@@ -9,7 +9,6 @@ import numpy as np
 
 from a2v.animation.change_rig import change_rig
 from a2v.animation.rig_spec import OWN_RIG, load_rig
-from a2v.errors import InputError
 from a2v.kinematics.ground import GroundPath, path_of
 from a2v.types import Body, Character, FloatArray
 
@@ -27,6 +26,19 @@ def ground_path_of(bone_transforms: FloatArray, body: Body) -> GroundPath:
     """
     places = np.asarray(bone_transforms, dtype=np.float64)[..., :3, 3]
     return path_of(places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'")
+
+
+def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> FloatArray:
+    """Bones (T, B, 4, 4) of `body` with neither travel nor turning; sway stays.
+
+    Raises
+    ------
+    InputError
+        See `ground_path_of`.
+    """
+    path = ground_path_of(bone_transforms, body).smooth(fps).transforms()
+    moved: FloatArray = (np.linalg.inv(path)[:, None] @ bone_transforms).astype(np.float32)
+    return moved
 
 
 def add_root(character: Character, name: str = ROOT_NAME) -> Character:
@@ -51,7 +63,6 @@ def prepare_rig(
     *,
     rig: str = OWN_RIG,
     root_motion: bool = False,
-    in_place: bool = False,
 ) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
     """A character and its clips as another tool wants them, ready for `a2v.formats`.
 
@@ -63,21 +74,18 @@ def prepare_rig(
         One of `a2v.animation.rig_spec.RIGS`.
     root_motion : bool
         The root carries the travel and the heading, without the sway of steps; the hips the rest. A rig without a root gets one.
-    in_place : bool
-        Neither travel nor turning; sway stays.
 
     Raises
     ------
     InputError
-        Unknown rig, a body of other bones than the rig is made of, or both ways of travelling at once.
+        Unknown rig, or a body of other bones than the rig is made of.
     """
-    if root_motion and in_place:
-        raise InputError("root motion and in place exclude each other; leave one of them out")
-    travel = root_motion or in_place
-    paths = {name: ground_path_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()} if travel else {}
+    paths = (
+        {name: ground_path_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()}
+        if root_motion
+        else {}
+    )
     made = {name: (np.asarray(moves, dtype=np.float64), fps) for name, (moves, fps) in clips.items()}
-    if in_place:
-        made = {name: (np.linalg.inv(paths[name])[:, None] @ moves, fps) for name, (moves, fps) in made.items()}
     rooted = False
     if rig != OWN_RIG:
         change = change_rig(character, load_rig(rig))

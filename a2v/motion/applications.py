@@ -63,7 +63,7 @@ def interpolate(
     first, second = (np.random.default_rng(seed) for seed in seeds)
     share = np.linspace(0, 1, rows)
 
-    def noise(shape: tuple[int, ...]) -> FloatArray:
+    def noise(shape: tuple[int, ...], at: int) -> FloatArray:
         a, b = (generator.standard_normal((1, *shape[1:]), dtype=np.float32)[0] for generator in (first, second))
         if model.makes_windows:
             return between(a, b, share, linear=linear)

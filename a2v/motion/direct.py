@@ -5,8 +5,8 @@ Each window is steered by what lies within it, in its own axes: its first root i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from a2v.errors import InputError
 from a2v.io import brief, read_bytes
 from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.ground import heading, yaw_to_rotmat
+from a2v.motion.edit import Edit, edited, retimed
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
+from a2v.motion.prompts import Step
 from a2v.motion.samplers import WindowSampler
 from a2v.motion.steer import CodeReader, Steering, Wish, steer
+from a2v.motion.timeline import perform
 from a2v.types import FloatArray, IntArray, Motion
 
 #: How near, metres, the root shall be to the path and the hips' line to its side, and every how many seconds that is asked for
@@ -87,7 +90,9 @@ def read_path(text: str) -> Path:
         rows = rows[1:] if rows and not _numbers(rows[0]) else rows
     points = [_numbers(row) for row in rows]
     if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
-        raise InputError(f"'{brief(odd[0])}' is no point of a path; expected x,z in metres, such as \"0,0 0,3 3,3\", or a .csv file of two columns")
+        raise InputError(
+            f"'{brief(odd[0])}' is no point of a path; expected x,z in metres, such as \"0,0 0,3 3,3\", or a .csv file of two columns"
+        )
     return Path(np.array(points, np.float64).reshape(-1, 2))
 
 
@@ -96,6 +101,59 @@ def _numbers(row: str) -> list[float]:
         return [float(part) for part in row.replace(";", ",").split(",")]
     except ValueError:
         return []
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direction:
+    """Where a motion shall go.
+
+    Attributes
+    ----------
+    path : Path or None
+    pace : float or None
+        Metres a second along the path; None: as fast as the action goes by itself.
+    """
+
+    path: Path
+    pace: float | None = None
+
+
+def make_motion(
+    model: MotionModel,
+    steps: Sequence[Step],
+    *,
+    frames: int,
+    fps: float,
+    seed: int = 0,
+    edit: Edit = Edit(),
+    direction: Direction | None = None,
+) -> Motion:
+    """One clip as the commands ask for it: `perform`, or `follow_path` where there is one, then `edited`.
+
+    Parameters
+    ----------
+    model : MotionModel
+    steps : sequence of Step
+        One of them along a path.
+    frames : int
+        Of the result, for steps that name no length; a path has its own.
+    fps : float
+    seed : int
+    edit : Edit
+    direction : Direction or None
+
+    Raises
+    ------
+    InputError
+        See these functions; or several steps along a path.
+    """
+    if direction is None:
+        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed)
+    else:
+        check_directed(model, steps)
+        made = follow_path(model, steps[0].action, direction.path, speed=direction.pace, seed=seed)
+        made = retimed(made, fps=fps, speed=edit.speed)
+    return edited(made, replace(edit, speed=1.0))
 
 
 def natural_speed(model: MotionModel, action: str) -> float:
@@ -201,6 +259,19 @@ def reach_poses(model: MotionModel, action: str, poses: Mapping[int, FloatArray]
     joints = _windows(model, sampler, model.label(action), frames, seed, wishes, start=start[[0, 2]], yaw=yaw)
     joints[:, :, 1] += start[1] - joints[0, 0, 1] if at[0] == 0 else 0
     return _as_motion(model, joints, action, seed, place=False, poses=at.tolist())
+
+
+def check_directed(model: MotionModel, steps: Sequence[Step]) -> None:
+    """Refuse a path for what cannot go along one, before anything long runs.
+
+    Raises
+    ------
+    InputError
+        The model cannot be directed, or there are several steps.
+    """
+    _directed(model)
+    if len(steps) != 1:
+        raise InputError("a path is walked by one action; give one --action")
 
 
 def _directed(model: MotionModel) -> WindowSampler:

@@ -68,16 +68,35 @@ def edited(motion: Motion, edit: Edit) -> Motion:
     return put_in_place(made) if edit.in_place else made
 
 
-def put_in_place(motion: Motion) -> Motion:
-    """The clip without its travel and its turning; the sway of hips and shoulders stays.
+def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
+    """The clip without its travel and its turning; the sway of hips and shoulders stays. A `loop` stays one.
 
     Raises
     ------
     InputError
         See `ground_path`.
     """
-    path = ground_path(motion).smooth(motion.fps)
-    return _moved(motion, np.linalg.inv(path.transforms()))
+    path = ground_path(motion)
+    away = np.linalg.inv((path if loop else path.smooth(motion.fps)).transforms())
+    if loop:
+        steps = _steps(path)
+        away = _walk(steps - _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)).transforms() @ away
+    return _moved(motion, away)
+
+
+def repeat_loop(loop: Motion, rounds: int) -> Motion:
+    """A cycle several times: each round goes on from where the one before ends.
+
+    Raises
+    ------
+    InputError
+        See `ground_path`.
+    """
+    path = ground_path(loop)
+    local = _transformed(np.linalg.inv(path.transforms()), loop.joints.astype(np.float64))
+    walked = _walk(np.tile(_steps(path), (rounds, 1)))
+    begin = path.transforms()[0]
+    return _from_joints(loop, _transformed(begin @ walked.transforms(), np.tile(local, (rounds, 1, 1))))
 
 
 def mirror_motion(motion: Motion) -> Motion:
@@ -168,13 +187,12 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     height[-fade:] += weight * (local[before, 0, 1] - height[-fade:])
     steps = moved[inner]
     steps[-fade:] += weight[:, None] * (moved[before] - steps[-fade:])
-    if in_place:
-        steps -= _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)
     walked = _walk(steps)
     lengths = np.median(bone_lengths(local, skeleton), axis=0)
     root = np.stack([np.zeros(len(inner)), height, np.zeros(len(inner))], axis=-1)
     joints = forward_kinematics(quat_to_rotvec(turned), root, np.tile(lengths, (len(inner), 1)), skeleton)
-    return _from_joints(motion, _transformed(walked.transforms(), joints))
+    loop = _from_joints(motion, _transformed(walked.transforms(), joints))
+    return put_in_place(loop, loop=True) if in_place else loop
 
 
 def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int) -> tuple[int, int]:

@@ -130,7 +130,7 @@ class MotionModel:
         lengths : (N, J) float32
             Bone lengths, native units.
         generator : numpy Generator or Noise
-            Draws the noise, or gives it: called with a shape as often as the model needs noise (once for a step model, once
+            Draws the noise, or gives it: called with a shape and the frame that it is for as often as the model needs noise (once for a step model, once
             a window for a window model), so that applications can choose it.
         start : (N, P, J, 3) float or None
             First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.

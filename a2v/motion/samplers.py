@@ -16,8 +16,8 @@ from a2v.motion.steer import CodeReader, Steering
 from a2v.sessions import open_session, run_rows
 from a2v.types import FloatArray, IntArray
 
-Noise = Callable[[tuple[int, ...]], FloatArray]
-"""Gives standard normal numbers (float32) of a shape."""
+Noise = Callable[[tuple[int, ...], int], FloatArray]
+"""Gives standard normal numbers (float32) of a shape, for what begins with a frame of the clips."""
 
 RESULTS = ("joints", "rotations")
 """Outputs of every graph: metres, and rotation vectors, (N, T, J, 3) each."""
@@ -51,8 +51,12 @@ class StepSampler:
 
     def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
         """See `MotionModel.generate`; `noise` is asked once."""
-        drawn = noise((*labels.shape, self.card.latent_size))
-        return self.run(labels, noise=drawn, lengths=lengths) if start is None else self._continue(labels, noise=drawn, lengths=lengths, start=start)
+        drawn = noise((*labels.shape, self.card.latent_size), 0)
+        return (
+            self.run(labels, noise=drawn, lengths=lengths)
+            if start is None
+            else self._continue(labels, noise=drawn, lengths=lengths, start=start)
+        )
 
     def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
         """See `MotionModel.generate_like_data`: how the data's clips end was learned."""
@@ -176,7 +180,8 @@ class WindowSampler:
                 context = None
                 if joints.shape[1]:
                     context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
-                new, rotated = self.run(label, active=share, noise=noise((count, self.card.latent_size)), lengths=lengths, context=context)
+                drawn = noise((count, self.card.latent_size), joints.shape[1])
+                new, rotated = self.run(label, active=share, noise=drawn, lengths=lengths, context=context)
                 if context is not None:
                     new = (new + context[:, :1, :1])[:, given:]
                     rotated = rotated[:, given:]
@@ -196,7 +201,7 @@ class WindowSampler:
         if frames > self.card.window_frames:
             raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {frames} were asked for")
         active = np.array([generator.choice(self.active_shares(int(label))) for label in labels])
-        noise = normal_noise(generator)((len(labels), self.card.latent_size))
+        noise = normal_noise(generator)((len(labels), self.card.latent_size), 0)
         joints = self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
         if not self.card.headings:
             return joints
@@ -208,7 +213,7 @@ class WindowSampler:
 def normal_noise(generator: np.random.Generator) -> Noise:
     """The noise that a generator draws, call after call."""
 
-    def draw(shape: tuple[int, ...]) -> FloatArray:
+    def draw(shape: tuple[int, ...], at: int) -> FloatArray:
         return generator.standard_normal(shape, dtype=np.float32)
 
     return draw

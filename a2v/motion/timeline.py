@@ -3,21 +3,65 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Sequence
 
 import numpy as np
+import yaml
 from scipy.ndimage import uniform_filter1d
 
 from a2v.errors import InputError
+from a2v.io import brief, read_bytes, reading
 from a2v.kinematics.resample import resample_at
 from a2v.motion.card import MAX_FRAMES
 from a2v.motion.edit import check_speed
 from a2v.motion.model import MotionModel
-from a2v.motion.prompts import Step
+from a2v.motion.prompts import Match, Step, Vocabulary
+from a2v.motion.samplers import Noise
 from a2v.types import FloatArray, Motion
 
 #: Seconds over which tempo changes from one step to the next.
 EASE_SECONDS = 0.5
+
+MAX_TIMELINE_BYTES = 1 << 16
+
+
+def read_timeline(source: str | os.PathLike[str], vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
+    """The steps of a YAML file, and what each was taken for.
+
+    It is a list of ``{action: ..., style: ..., seconds: ..., frames: ..., seed: ..., speed: ...}``: action and style are words as in a
+    prompt, the other entries those of `Step`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or an entry is unknown or of the wrong kind.
+    """
+    data = read_bytes(source, limit=MAX_TIMELINE_BYTES)
+    with reading(source, "timeline", "a YAML list of steps, such as {action: walk, seconds: 2}"):
+        content = yaml.safe_load(data.decode("utf-8-sig"))
+        if not isinstance(content, list) or not content:
+            raise ValueError("no list of steps")
+    found = [_timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)]
+    return [step for step, _ in found], [match for _, match in found]
+
+
+def _timed_step(number: int, entry: object, source: object, vocabulary: Vocabulary) -> tuple[Step, Match]:
+    where = f"step {number} of {source}"
+    if not isinstance(entry, dict) or not isinstance(entry.get("action"), str):
+        raise InputError(f"{where} is {brief(entry)}; expected names and values, such as action: walk")
+    kinds: dict[str, type | tuple[type, ...]] = {
+        "action": str, "style": str, "seconds": (int, float), "speed": (int, float), "frames": int, "seed": int
+    }  # fmt: skip
+    for name, value in entry.items():
+        if name not in kinds:
+            raise InputError(f"{where} has the unknown entry {brief(name)}; expected {', '.join(kinds)}")
+        fits = isinstance(value, kinds[name]) and not isinstance(value, bool)
+        if not fits or (name == "seed" and not 0 <= int(value) < 2**32):
+            raise InputError(f"{where} has {name}: {brief(value)}; expected {'text' if kinds[name] is str else 'a number'}")
+    match = vocabulary.match(f"{entry['action']} {entry.get('style', '')}".strip())
+    numbers = {name: entry[name] for name in ("seconds", "frames", "seed") if name in entry}
+    return Step(action=match.action, speed=match.speed * entry.get("speed", 1.0), **numbers), match
 
 
 def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
@@ -82,11 +126,29 @@ def perform(
     names = model.check_request([step.action for step in steps], frames=made, count=count)
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
     body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
-    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), np.random.default_rng(seed))
+    noise = _noise_of(steps, starts, seed)
+    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise)
     motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     return motion if count > 1 else motion[0]
+
+
+def _noise_of(steps: Sequence[Step], starts: FloatArray, seed: int) -> Noise:
+    """Noise of steps that begin with the frames `starts` (S,): of their own seeds where they have them, else of `seed`."""
+    common = np.random.default_rng(seed)
+    own = [common if step.seed is None else np.random.default_rng(step.seed) for step in steps]
+
+    def draw(shape: tuple[int, ...], at: int) -> FloatArray:
+        if len(shape) < 3:  # a window
+            return own[int(np.searchsorted(starts, at + 1e-6, side="right")) - 1].standard_normal(shape, dtype=np.float32)
+        drawn = common.standard_normal(shape, dtype=np.float32)
+        for generator, start, end in zip(own, np.ceil(starts).astype(int), [*np.ceil(starts[1:]).astype(int), shape[1]], strict=True):
+            if generator is not common:
+                drawn[:, start:end] = generator.standard_normal((shape[0], end - start, *shape[2:]), dtype=np.float32)
+        return drawn
+
+    return draw
 
 
 def _moments(steps: Sequence[Step], lasting: Sequence[int], *, ease: float, pace: float) -> tuple[FloatArray, FloatArray]:

@@ -15,7 +15,7 @@ from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character
 from pipelines.answer import Answer
 from pipelines.graph import video_graph
-from pipelines.inputs import FPS, FRAMES, MODEL, SECONDS, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
+from pipelines.inputs import FPS, FRAMES, MODEL, SECONDS, EditOptions, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
@@ -27,7 +27,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
-  a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --in-place
+  a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
@@ -53,6 +53,7 @@ class Options:
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None)
     fps: float = option(FPS, default=SHOWN_FPS)
+    edits: EditOptions = group(EditOptions)
     seed: int = option("seed of the motions", default=0)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions)
@@ -118,7 +119,7 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     if options.exact and (path.suffix.lower() != ".glb" or len(wanted) > 1):
         raise InputError("--exact writes one action to a .glb; leave the others out, or leave --exact out")
     if options.exact and not options.rigging.plain:
-        raise InputError("--exact has no bones; leave --rig, --root-motion and --in-place out")
+        raise InputError("--exact has no bones; leave --rig and --root-motion out")
     return wanted
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,24 +14,24 @@ from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
 from a2v.io import write_npz
 from a2v.kinematics import bone_lengths
-from a2v.kinematics.resample import SHOWN_FPS, frames_needed
+from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
-from a2v.motion.direct import follow_path, read_path
+from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, retimed
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
-from pipelines.inputs import ACTION, FPS, FRAMES, MODEL, SECONDS, check_writable, length_of, read_prompt
-from pipelines.options import flag, option
-from pipelines.rigs import IN_PLACE, ROOT_MOTION, RigOptions, write_rigged_motion
+from pipelines.inputs import EditOptions, PlanOptions, check_writable, length_of, read_direction, read_steps
+from pipelines.options import flag, group, option
+from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
 HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
 EXAMPLES = """examples:
   a2v motion --action Walk --out walk.npz
-  a2v motion --action Walk,Jump --frames 120 --out walk-jump.bvh        a transition
+  a2v motion --action Walk,Jump --seconds 8 --out walk-jump.bvh        a transition
   a2v motion --model humanact12 --action throw --count 20 --seed 7 --out throw.npz   one file, a leading 20
   a2v motion --action Walk --count 6 --out walks.mp4                    side by side; also .gif, and .png for rows of poses
   a2v motion --action Walk --start mine.bvh --start-frames 10 --count 3 --out futures.mp4   go on from given poses
@@ -41,8 +41,8 @@ EXAMPLES = """examples:
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
   a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
   a2v motion --model cmu-fine --action "sneak for 3 s, then run away" --out escape.bvh         in words
-  a2v motion --model cmu-fine --action Walk --path "0,0 0,3 3,3 3,6" --fps 30 --out way.bvh    along a path over the ground
-  a2v motion --action Walk --loop --in-place --fps 30 --out cycle.bvh                          for game engines; --mirror, --speed 1.5
+  a2v motion --model cmu-fine --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
+  a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
 
 With several clips an .npz holds all of them with a leading dimension, .bvh become numbered files, pictures and videos show
@@ -56,14 +56,9 @@ FORMATS = (*MOTION_FORMATS, *DRAWN_FORMATS)
 class Options:
     """What the command takes."""
 
-    action: str = option(f"{ACTION}; a pattern with * makes one clip each")
-    model: str = option(MODEL, default="cmu")
+    plan: PlanOptions = group(PlanOptions)
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
     count: int = option("clips", default=1)
-    seconds: float | None = option(SECONDS, default=None)
-    frames: int | None = option(FRAMES, default=None)
-    fps: float = option(FPS, default=SHOWN_FPS)
-    seed: int = option("seed of the noise", default=0)
     bone_scale: float | str = option(
         "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)", default=1.0, metavar="FACTOR"
     )
@@ -76,25 +71,20 @@ class Options:
         f"a .bvh of an adult's bones by their names in other tools: {', '.join(RIGS)}", default=None, choices=RIGS, metavar="RIG"
     )
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
-    path: str | None = option("walk along this: points 'x,z x,z ...' in metres, or a .csv of two columns", default=None)
-    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None)
-    speed: float = option("tempo: 2 is twice as fast", default=1.0)
-    mirror: bool = flag("left and right exchanged")
-    loop: bool = flag("a seamless cycle out of the clip")
-    in_place: bool = flag(IN_PLACE)
+    edits: EditOptions = group(EditOptions)
     native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
 
     def frames_written(self, model: MotionModel) -> int:
         """Frames of a clip that is written."""
-        return length_of(frames=self.frames, seconds=self.seconds, fps=self.rate(model), longest=model.card.frames / model.fps)
+        return length_of(frames=self.plan.frames, seconds=self.plan.seconds, fps=self.rate(model), longest=model.card.frames / model.fps)
 
     def length(self, model: MotionModel) -> int:
         """Frames of a clip at the model's own rate."""
-        return frames_needed(self.frames_written(model), model.fps * self.speed, self.rate(model))
+        return frames_needed(self.frames_written(model), model.fps * self.edits.speed, self.rate(model))
 
     def rate(self, model: MotionModel) -> float:
         """Frames a second of what is written."""
-        return model.fps if self.native else self.fps
+        return model.fps if self.native else self.plan.fps
 
 
 MAX_FRAMES = 1_500_000
@@ -108,7 +98,7 @@ def run(options: Options) -> Answer:
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
-    model = MotionModel.load(options.model)
+    model = MotionModel.load(options.plan.model)
     if options.count * options.length(model) > MAX_FRAMES:
         raise InputError(f"{options.count} clips of {options.length(model)} frames; expected at most {MAX_FRAMES:,} frames in all")
     if options.native:
@@ -116,9 +106,13 @@ def run(options: Options) -> Answer:
         check_writable(path.parent)
         write_npz(path, content)
         return Answer(files=[path])
-    made = edited(generate(model, options), Edit(mirror=options.mirror, loop=options.loop, in_place=options.in_place))
+    made, edit = generate(model, options), options.edits.edit
     check_writable(path.parent)
-    written = write_motion(path, made, FORMATS) if rigged is None else write_rigged_motion(path, made, rigged)
+    if rigged is None:
+        written = write_motion(path, edited(made, replace(edit, speed=1.0)), FORMATS)
+    else:
+        made = edited(made, replace(edit, speed=1.0, in_place=False))
+        written = write_rigged_motion(path, made, rigged, edit)
     return Answer(files=written, facts={"action": made.action, "frames": made.frames, "fps": float(made.fps)})
 
 
@@ -142,22 +136,23 @@ def generate(model: MotionModel, options: Options) -> Motion:
         Options that exclude each other, an unknown action, an unusable file, or a number out of range.
     """
     alone = [name for name in ("start", "interpolate") if getattr(options, name)]
-    alone += ["a pattern"] if "*" in options.action or "?" in options.action else []
+    alone += ["a pattern"] if "*" in options.plan.action or "?" in options.plan.action else []
     if len(alone) > 1:
         raise InputError(f"give either {' or '.join(alone)}, not both")
     changed = [name for name, default in (("bone_scale", 1.0), ("bones", None)) if getattr(options, name) != default]
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
-    if options.path is not None:
-        return retimed(along_path(model, options), fps=options.fps, speed=options.speed)
+    plan, speed = options.plan, options.edits.speed
+    if plan.path is not None or plan.pace is not None:
+        return directed(model, options)
     if not alone:
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
         return perform(
-            model, understood(model, options.action), frames=options.frames_written(model), fps=options.rate(model), speed=options.speed,
-            count=options.count, seed=options.seed, lengths=lengths,
+            model, understood(model, plan), frames=options.frames_written(model), fps=options.rate(model), speed=speed, count=options.count,
+            seed=plan.seed, lengths=lengths,
         )  # fmt: skip
-    made = retimed(_application(model, options, alone[0]), fps=options.rate(model), speed=options.speed)
+    made = retimed(_application(model, options, alone[0]), fps=options.rate(model), speed=speed)
     return made.first(min(made.frames, options.frames_written(model)))
 
 
@@ -165,41 +160,43 @@ def _application(model: MotionModel, options: Options, which: str) -> Motion:
     """The clips of --start, --interpolate or a pattern, at the model's own rate."""
     frames = options.length(model)
     if which == "a pattern":
-        found = [action for name in options.action.split(",") for action in matching_actions(model, name.strip())]
-        return sample_each(model, found, frames=frames, seed=options.seed)
-    names = [step.action for step in understood(model, options.action)]
+        found = [action for name in options.plan.action.split(",") for action in matching_actions(model, name.strip())]
+        return sample_each(model, found, frames=frames, seed=options.plan.seed)
+    names = [step.action for step in understood(model, options.plan)]
     if which == "start":
         assert options.start is not None
         start = first_frames(options.start, options.start_frames)
-        return outpaint(model, start, names, frames=frames, count=options.count, seed=options.seed)
+        return outpaint(model, start, names, frames=frames, count=options.count, seed=options.plan.seed)
     if len(names) > 1:
         raise InputError("interpolate goes between two motions of one action; give one --action")
-    last = options.seed + 1 if options.to_seed is None else options.to_seed
-    return interpolate(model, names[0], seeds=(options.seed, last), rows=options.interpolate, frames=frames)
+    last = options.plan.seed + 1 if options.to_seed is None else options.to_seed
+    return interpolate(model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames)
 
 
-def understood(model: MotionModel, text: str) -> list[Step]:
-    """The steps of a prompt; says on standard error what was taken for what, where that is not the action's own name."""
-    steps, lines = read_prompt(model, text)
+def understood(model: MotionModel, plan: PlanOptions) -> list[Step]:
+    """The steps of a prompt or a timeline; says on standard error what was taken for what, where that is not the action's own name."""
+    steps, lines = read_steps(model, plan.action, plan.timeline)
     for line in lines:
         print(line, file=sys.stderr)
     return steps
 
 
-def along_path(model: MotionModel, options: Options) -> Motion:
+def directed(model: MotionModel, options: Options) -> Motion:
     """The clip of --path.
 
     Raises
     ------
     InputError
-        The path is none, --count is given, or the model cannot be directed.
+        The path is none, several clips are asked for, or the model cannot be directed.
     """
     if options.count != 1:
         raise InputError("count cannot be given with path; another --seed walks it in another way")
-    steps = understood(model, options.action)
-    if len(steps) != 1:
-        raise InputError("a path is walked by one action; give one --action")
-    return follow_path(model, steps[0].action, read_path(options.path or ""), speed=options.pace, seed=options.seed)
+    plan, steps = options.plan, understood(model, options.plan)
+    direction = read_direction(model, steps, plan.path, plan.pace)
+    return make_motion(
+        model, steps, frames=options.frames_written(model), fps=plan.fps, seed=plan.seed, edit=Edit(speed=options.edits.speed),
+        direction=direction,
+    )  # fmt: skip
 
 
 def bone_scale(text: float | str) -> float | dict[str, float]:
@@ -251,13 +248,13 @@ def first_frames(path: str, frames: int | None) -> Motion:
 
 def native(model: MotionModel, options: Options) -> dict[str, object]:
     """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T) and what they mean."""
-    names = [model.actions[model.label(name.strip())] for name in options.action.split(",")] if "*" not in options.action else []
+    names = [model.actions[model.label(name.strip())] for name in options.plan.action.split(",")] if "*" not in options.plan.action else []
     frames = options.length(model)
     plain = len(names) == 1 and not options.start and not options.interpolate
     if plain:
         own = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if own is None else own
-        joints = model.sample_native(names[0], frames=frames, count=options.count, seed=options.seed, lengths=lengths)
+        joints = model.sample_native(names[0], frames=frames, count=options.count, seed=options.plan.seed, lengths=lengths)
         joints = joints if options.count > 1 else joints[0]
         labels = np.broadcast_to(model.frame_labels(names, frames), joints.shape[:-2])
         action = names[0]
@@ -269,7 +266,7 @@ def native(model: MotionModel, options: Options) -> dict[str, object]:
     skeleton = model.skeleton
     return {
         "joints": joints, "labels": np.ascontiguousarray(labels, dtype=np.int64), "actions": np.asarray(model.actions), "action": action,
-        "dataset": model.card.dataset, "fps": model.fps, "seed": options.seed, "parents": skeleton.parents,
+        "dataset": model.card.dataset, "fps": model.fps, "seed": options.plan.seed, "parents": skeleton.parents,
         "joint_names": np.asarray(skeleton.joint_names), "metres_per_unit": model.card.metres_per_unit,
         "native_signs": np.asarray(model.card.native_signs), "model_digest": model.digest,
     }  # fmt: skip

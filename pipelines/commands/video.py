@@ -26,7 +26,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --model cmu-fine --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
-  a2v video --photo me.jpg --action Jump --camera cameras.yaml --background transparent --out out/cut
+  a2v video --photo me.jpg --action Walk --loop --in-place --rig unreal --out out/cycle                    for game engines
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
   a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
 
@@ -65,13 +65,17 @@ def run(options: Options) -> Answer:
         print(line, file=sys.stderr)
     rigged = not options.rigging.plain
     if rigged and options.only:
-        raise InputError("--only writes one stage's result, on the body's own rig; leave --rig, --root-motion and --in-place out")
+        raise InputError("--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out")
     exports = ["character", "poses"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
     transparent = parameters["render"].background == "transparent" and not options.only  # an MP4 has no alpha channel
     outcome = options.running.run([*targets, *(["frame"] if transparent else [])], parameters, graph=graph, start=options.start)
     views = parameters["render"].views
-    written = write_node(outcome, options.only, out, views) if options.only else write_results(outcome, out, views, options.rigging)
+    written = (
+        write_node(outcome, options.only, out, views)
+        if options.only
+        else write_results(outcome, out, views, options.rigging, parameters["edit"])
+    )
     written += write_node(outcome, "frame", out, views) if transparent else []
     report = _write_report(options, parameters, outcome, written)
     options.running.tell_times(outcome)
@@ -90,14 +94,15 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     motion, running = options.motion, options.running
     files = {
         "photo": options.photo.photo, "mask": options.photo.mask, "keypoints": options.photo.keypoints, "motion": motion.motion,
-        "camera": options.look.camera,
+        "camera": options.look.camera, "timeline": motion.timeline,
     }  # fmt: skip
     inputs = {name: path for name, path in files.items() if path is not None}
     if motion.motion is None:
         inputs["model"] = parameters["model"].path
-    set_ = {name: getattr(motion, name) for name in ("action", "model", "motion", "fps", "seed")} | {"frames": parameters["frames"]}
+    set_ = {name: getattr(motion, name) for name in ("action", "timeline", "model", "motion", "path", "pace", "fps", "seed")}
+    set_ |= {"frames": parameters["frames"], "edit": parameters["edit"]}
     set_ |= {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
-    set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion", "in_place")}
+    set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion")}
     names = {"render", "cameras", *(item.name for item in dataclasses.fields(options.stages))}
     stages = {name: value for name, value in parameters.items() if name in names}
     described = {**set_, "photo": Path(options.photo.photo).name, **stages}

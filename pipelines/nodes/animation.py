@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 
 from a2v.animation import BindSettings, DeformSettings, RetargetSettings
+from a2v.motion.edit import Edit
 from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.memo import memo
 from pipelines.nodes.values import Pose, Poses, Vertices, load_character
@@ -21,12 +22,12 @@ def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref
 
 
 @memo()
-def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings) -> Ref[Poses]:
-    """Carry the motion over to the body's bones; the feet neither slide nor sink."""
-    from a2v import animation
+def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit: Edit) -> Ref[Poses]:
+    """Carry the motion over to the body's bones; the feet neither slide nor sink. What goes on the spot travels until here."""
+    from a2v.motion.on_rig import retarget_edited
 
     clip = get(motion, Motion)
-    return put(Poses(bone_transforms=animation.retarget(clip, get(body, Body), settings=retarget), fps=clip.fps, action=clip.action))
+    return put(Poses(bone_transforms=retarget_edited(clip, get(body, Body), edit, settings=retarget), fps=clip.fps, action=clip.action))
 
 
 @memo()

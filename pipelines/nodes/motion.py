@@ -1,7 +1,11 @@
-"""From an action, or from a recorded file, to a motion."""
+"""From actions, or from a recorded file, to a motion."""
 
 from __future__ import annotations
 
+import dataclasses
+
+from a2v.motion.direct import Direction
+from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
 from a2v.types import Motion
 from pipelines.memo import memo
@@ -9,21 +13,26 @@ from pipelines.store import File, Ref, put
 
 
 @memo()
-def motion(model: File, steps: tuple[Step, ...], frames: int, seed: int, fps: float) -> Ref[Motion]:
-    """Sample a motion model, one action after the other; steps without a length share `frames`."""
+def motion(
+    model: File, steps: tuple[Step, ...], frames: int, seed: int, fps: float, edit: Edit, direction: Direction | None
+) -> Ref[Motion]:
+    """Sample a motion model, one action after the other, or along a path; steps without a length share `frames`. It travels still."""
     from a2v.motion import MotionModel
-    from a2v.motion.timeline import perform
+    from a2v.motion.direct import make_motion
 
-    return put(perform(MotionModel.load(model.path), steps, frames=frames, fps=fps, seed=seed))
+    travelling = dataclasses.replace(edit, in_place=False)
+    opened = MotionModel.load(model.path)
+    return put(make_motion(opened, steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction))
 
 
 @memo()
-def recorded(motion_file: File, action: str, frames: int, fps: float) -> Ref[Motion]:
-    """Read a motion file: the first `frames` of it at `fps`."""
+def recorded(motion_file: File, action: str, frames: int, fps: float, edit: Edit) -> Ref[Motion]:
+    """Read a motion file: the first `frames` of it at `fps` and in its tempo. It travels still."""
     from a2v.formats import read_motion
-    from a2v.kinematics.resample import resample_motion
+    from a2v.motion.edit import edited, retimed
 
     made = read_motion(motion_file.path, action=action)
     if made.batch:
         made = made[(0,) * len(made.batch)]
-    return put(resample_motion(made, fps).first(frames))
+    made = retimed(made, fps=fps, speed=edit.speed).first(frames)
+    return put(edited(made, dataclasses.replace(edit, speed=1.0, in_place=False)))

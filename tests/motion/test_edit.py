@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from a2v.animation import retarget
+from a2v.body import load_body_model, make_body
 from a2v.errors import InputError
 from a2v.kinematics.ground import ground_path
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
-from a2v.motion.edit import change_speed, make_loop, mirror_motion, put_in_place
+from a2v.motion.edit import Edit, change_speed, make_loop, mirror_motion, put_in_place, repeat_loop
+from a2v.motion.on_rig import retarget_edited
 from a2v.types import Motion
 
 
@@ -40,6 +43,34 @@ def test_a_loop_that_travels_goes_on() -> None:
     loop = make_loop(sampled("Walk"))
     path = ground_path(loop)
     assert np.linalg.norm(path.position[-1] - path.position[0]) > 0.3
+
+
+def test_rounds_of_a_loop_go_on_from_one_another() -> None:
+    loop = make_loop(sampled("Walk"))
+    rounds = repeat_loop(loop, 3)
+    np.testing.assert_array_equal(rounds.joints[: loop.frames], loop.joints)
+    steps = np.linalg.norm(np.diff(rounds.root, axis=0), axis=-1)
+    assert steps[loop.frames - 1] <= 1.3 * steps[: loop.frames - 1].max()
+    away = np.linalg.norm(rounds.root[[loop.frames, -1]][:, [0, 2]] - rounds.root[0, [0, 2]], axis=-1)
+    assert away[1] > 2 * away[0]
+
+
+@pytest.mark.parametrize("in_place", [False, True])
+def test_a_loop_closes_on_a_rig_whose_feet_were_cleaned_on_the_way(in_place: bool) -> None:
+    body = make_body(load_body_model(), grounded=True)
+    loop = make_loop(sampled("Walk"))
+    moves = retarget_edited(loop, body, Edit(loop=True, in_place=in_place))
+    assert len(moves) == loop.frames
+    where = moves[:, 0, :3, 3]
+    travelled = np.linalg.norm(where[-1, [0, 2]] - where[0, [0, 2]])
+    assert (travelled < 0.05) == in_place
+    if in_place:
+        rounds = np.concatenate([moves[..., :3, 3]] * 2)
+        accelerations = acceleration(rounds, loop.fps)
+        assert np.percentile(accelerations[loop.frames - 2 : loop.frames], 95) <= 1.2 * np.percentile(accelerations[: loop.frames - 2], 95)
+    else:
+        plain = retarget(loop, body)
+        np.testing.assert_allclose(where[0, [0, 2]], plain[0, 0, [0, 2], 3], atol=0.02)
 
 
 def test_a_clip_that_is_too_short_is_refused() -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from a2v.errors import InputError
 from a2v.motion import MotionModel
-from a2v.motion.prompts import Step
-from a2v.motion.timeline import perform, step_frames
+from a2v.motion.prompts import Step, Vocabulary
+from a2v.motion.timeline import perform, read_timeline, step_frames
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +47,32 @@ def test_another_rate_and_tempo_take_as_long_as_they_say(model: MotionModel) -> 
     assert (fine.fps, quick.fps) == (30, 30)
     np.testing.assert_allclose(fine.joints[:50:5], plain.joints[:20:2], atol=1e-4)
     assert abs(np.diff(quick.root, axis=0)).mean() > 1.2 * abs(np.diff(fine.root, axis=0)).mean()
+
+
+def test_a_step_has_its_own_seed(model: MotionModel) -> None:
+    steps = [Step(action="Walk", seconds=2.0, seed=7), Step(action="Jump", seconds=2.0)]
+    one, other = (perform(model, steps, seed=seed) for seed in (1, 2))
+    np.testing.assert_allclose(one.joints[:24, :, ::2], other.joints[:24, :, ::2], atol=1e-6)  # the ground is the whole clip's
+    assert np.abs(one.joints[24:] - other.joints[24:]).max() > 0.05
+
+
+def test_a_file_of_steps(tmp_path: Path) -> None:
+    vocabulary = Vocabulary.of(MotionModel.load("cmu-fine").card)
+    path = tmp_path / "t.yaml"
+    path.write_text("- {action: stroll, style: slowly, seconds: 2}\n- {action: jump, frames: 15, seed: 3, speed: 1.5}\n")
+    steps, matches = read_timeline(path, vocabulary)
+    assert steps == [Step(action="Walk slowly", seconds=2), Step(action=matches[1].action, frames=15, seed=3, speed=1.5)]
+    for text, words in (
+        ("walk", "list of steps"),
+        ("- walk", "step 1 of"),
+        ("- {action: walk, time: 2}", "unknown entry"),
+        ("- {action: walk, seconds: two}", "expected a number"),
+        ("- {action: walk, seconds: 2, frames: 3}", "both seconds"),
+        ("- {action: transcendence}", "nearest"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=words):
+            read_timeline(path, vocabulary)
 
 
 def test_too_much_or_nothing_is_refused(model: MotionModel) -> None:

@@ -1,0 +1,50 @@
+"""An edited motion on a body's rig: what the feet do is found where they travel, and what is edited comes after."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.animation import RetargetSettings, put_rig_in_place, retarget
+from a2v.animation.root_motion import ground_path_of
+from a2v.motion.edit import Edit, repeat_loop
+from a2v.types import Body, FloatArray, Motion
+
+_PLAIN = RetargetSettings()
+
+
+def retarget_edited(motion: Motion, body: Body, edit: Edit, *, settings: RetargetSettings = _PLAIN) -> FloatArray:
+    """Move a body's rig as a motion that is mirrored, in its tempo and a cycle already, but still travels.
+
+    On the spot feet slide by nature: contacts are found and cleaned on the way, and the travel is taken after that. A cycle is carried
+    over as the middle one of three rounds, so that it closes on the rig too.
+
+    Parameters
+    ----------
+    motion : Motion
+        One clip; with ``edit.loop`` a cycle of `a2v.motion.edit.make_loop`.
+    body : Body
+    edit : Edit
+        Only `loop` and `in_place` count.
+    settings : RetargetSettings
+
+    Returns
+    -------
+    (T, B, 4, 4) float32
+        World from bone, metres, y up; the ground is y = 0.
+
+    Raises
+    ------
+    InputError
+        See `a2v.animation.retarget`.
+    """
+    frames = motion.frames
+    moves = retarget(repeat_loop(motion, 3) if edit.loop else motion, body, settings=settings)
+    if edit.in_place:
+        moves = put_rig_in_place(moves, body, motion.fps)
+    if not edit.loop:
+        return moves
+    if not edit.in_place and settings.align:
+        first, middle = ground_path_of(moves[[0, frames]], body).transforms()
+        moves = (first @ np.linalg.inv(middle)) @ moves
+    cycle: FloatArray = moves[frames : 2 * frames].astype(np.float32)
+    return cycle

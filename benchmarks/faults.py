@@ -234,7 +234,8 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     from pipelines.batch.results import write_job
     from pipelines.batch.rows import Row
     from pipelines.batch.tasks import Planner, perform, recall, steps_of
-    from pipelines.inputs import LookOptions, MotionOptions, MovingStages
+    from pipelines.inputs import LookOptions, MovingStages
+    from pipelines.motion_options import MotionOptions
     from pipelines.store import Store
 
     store = Store(folder / "store")

@@ -80,7 +80,8 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     from pipelines.batch.schedule import Schedule
     from pipelines.batch.tasks import Job, Planner, Result, Task
     from pipelines.graph import video_graph
-    from pipelines.inputs import LookOptions, MotionOptions, MovingStages, RunOptions
+    from pipelines.inputs import LookOptions, MovingStages, RunOptions
+    from pipelines.motion_options import MotionOptions
     from pipelines.remote import Remote
     from pipelines.store import Store
 

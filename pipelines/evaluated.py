@@ -11,7 +11,7 @@ from a2v.errors import InputError
 from a2v.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline
 from a2v.evaluation.protocol import Generate, generator_of
 from a2v.motion import MotionModel
-from pipelines.inputs import MODEL
+from pipelines.motion_options import MODEL
 
 MODELS = f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first pose, then zeros)"
 """What the option that names them says."""

@@ -22,7 +22,8 @@ import yaml
 
 from a2v.errors import InputError
 from a2v.io import read_bytes, shorten
-from pipelines.inputs import LookOptions, MotionOptions
+from pipelines.inputs import LookOptions
+from pipelines.motion_options import MotionOptions
 
 MAX_FILE_BYTES = 64 << 20
 MAX_ROWS = 100_000

@@ -28,8 +28,9 @@ from a2v.io import atomic_path, printable
 from a2v.sessions import WEIGHTS, file_digest
 from pipelines.batch.rows import Row
 from pipelines.graph import Graph, Parameters, inputs_of, needed_for, video_graph
-from pipelines.inputs import CharacterStages, LookOptions, MotionOptions, photo_parameters
+from pipelines.inputs import CharacterStages, LookOptions, photo_parameters
 from pipelines.memo import plain
+from pipelines.motion_options import MotionOptions
 from pipelines.store import File, Ref, Store, digest_of
 
 Kind = Literal["person", "motion", "video"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from a2v.motion import MotionModel
 from a2v.motion.prompts import Vocabulary
 from pipelines.answer import Answer
-from pipelines.inputs import MODEL
+from pipelines.motion_options import MODEL
 from pipelines.options import option
 
 HELP = "List the actions of a motion model, one name a line, in label order."

@@ -15,7 +15,8 @@ from pipelines.batch.schedule import Schedule, Watch
 from pipelines.batch.tasks import Job, Planner, Result, Task
 from pipelines.commands.cache import parse_size
 from pipelines.graph import video_graph
-from pipelines.inputs import LookOptions, MotionOptions, MovingStages, RunOptions, check_writable
+from pipelines.inputs import LookOptions, MovingStages, RunOptions, check_writable
+from pipelines.motion_options import MotionOptions
 from pipelines.options import flag, group, option
 from pipelines.progress import Lasting
 from pipelines.store import Store

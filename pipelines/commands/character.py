@@ -15,7 +15,8 @@ from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character
 from pipelines.answer import Answer
 from pipelines.graph import video_graph
-from pipelines.inputs import FPS, FRAMES, MODEL, SECONDS, EditOptions, MovingStages, PhotoOptions, RunOptions, check_writable, motion_inputs
+from pipelines.inputs import MovingStages, PhotoOptions, RunOptions, check_writable
+from pipelines.motion_options import FPS, FRAMES, MODEL, SECONDS, EditOptions, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option
 from pipelines.rigs import RigOptions, check_avatar, write_avatar

@@ -24,7 +24,8 @@ from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
-from pipelines.inputs import EditOptions, PlanOptions, check_writable, length_of, read_direction, read_steps
+from pipelines.inputs import check_writable
+from pipelines.motion_options import EditOptions, PlanOptions, length_of, read_direction, read_steps
 from pipelines.options import flag, group, option
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 

@@ -19,7 +19,7 @@ from a2v.motion.model import plain_name
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
-from pipelines.inputs import MODEL
+from pipelines.motion_options import MODEL
 from pipelines.options import group, option
 
 HELP = "Make the papers' user studies (preference ranking, real or fake) as one web page, or turn its answers into percentages."

@@ -12,7 +12,8 @@ from a2v.errors import InputError
 from a2v.io import atomic_path
 from pipelines.answer import Answer
 from pipelines.graph import Parameters, check_names, outputs_of, video_graph
-from pipelines.inputs import LookOptions, MotionOptions, MovingStages, PhotoOptions, RunOptions, check_writable
+from pipelines.inputs import LookOptions, MovingStages, PhotoOptions, RunOptions, check_writable
+from pipelines.motion_options import MotionOptions
 from pipelines.options import flag, group, option
 from pipelines.outputs import write_node, write_results
 from pipelines.report import make_report

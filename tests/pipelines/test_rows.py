@@ -10,7 +10,8 @@ from a2v.errors import InputError
 from pipelines.batch import rows
 from pipelines.batch.rows import Row, read_rows
 from pipelines.batch.tasks import folder_name
-from pipelines.inputs import LookOptions, MotionOptions
+from pipelines.inputs import LookOptions
+from pipelines.motion_options import MotionOptions
 
 
 def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]:

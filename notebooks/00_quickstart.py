@@ -23,8 +23,9 @@ import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
-from IPython.display import Video, display
+from IPython.display import display
 
+import a2v
 from a2v import Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
 from a2v.types import Body
 from pipelines.inputs import video_parameters
@@ -118,6 +119,7 @@ from a2v.rendering.stickfigure import plot_rows
 
 motion = compute("motion").get("motion", Motion)
 display(plot_rows(motion, poses=min(8, motion.frames)))
+a2v.show(motion, height=360)  # drag to turn it
 
 # %% [markdown]
 # ## The motion on the body's bones
@@ -153,8 +155,14 @@ for row, view in zip(range(grid.shape[1]), RENDER.views, strict=True):
 
 # %%
 result = compute("video", "glb", "bvh")
-display(Video(bytes(result.get("video", Blob)), embed=True, mimetype="video/mp4", html_attributes="controls loop autoplay muted"))
 print(f"character.glb {len(result.get('glb', Blob).data) / 1e6:.1f} MB, motion.bvh {len(result.get('bvh', Blob).data) / 1e3:.0f} kB")
+a2v.show(bytes(result.get("video", Blob)), height=300)
+
+# %% [markdown]
+# The character, to turn: what `preview.html` shows beside the video. It stays in the notebook and in pages made of it.
+
+# %%
+a2v.show(bytes(result.get("glb", Blob)), title=ACTION)
 
 # %% [markdown]
 # ## Another action for the same person
@@ -166,4 +174,27 @@ bars = Bars()
 second = run("video", store=store, progress=bars, **other)
 bars.close()
 print({name: f"{stats.cached} of {stats.calls} remembered" for name, stats in second.nodes.items()})
-display(Video(bytes(second.get("video", Blob)), embed=True, mimetype="video/mp4", html_attributes="controls loop autoplay muted"))
+a2v.show(bytes(second.get("video", Blob)), height=300)
+
+# %% [markdown]
+# ## Choose yourself
+# Action, seed and length as widgets (they need a running kernel): the button makes the motion and moves the remembered character; no frames are rendered.
+
+# %%
+import ipywidgets as widgets
+
+from a2v.motion import MotionModel
+
+
+def perform(action, seed, frames):
+    """Show the person of the photo doing it."""
+    chosen = video_parameters(store, PHOTO, action, frames=frames, seed=seed, render=RENDER)
+    display(a2v.show(bytes(run("glb", store=store, **chosen).get("glb", Blob)), title=f"{action}, seed {seed}"))
+
+
+_ = widgets.interact_manual(
+    perform,
+    action=widgets.Dropdown(options=MotionModel.load("cmu").actions, value=ACTION, description="action"),
+    seed=widgets.BoundedIntText(value=SEED, min=0, max=2**32 - 1, description="seed"),
+    frames=widgets.IntSlider(value=FRAMES, min=4, max=240, description="frames"),
+)

@@ -73,7 +73,13 @@ def write_page(
     InputError
         `character` is no binary glTF, `video` no MP4, or both together are too large for a page.
     """
-    glb, film = _data(character), b"" if video is None else _data(video)
+    text = page_of(_data(character), b"" if video is None else _data(video), title=title)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def page_of(glb: bytes, film: bytes = b"", *, title: str = "a2v") -> str:
+    """The HTML that `write_page` writes, of a binary glTF and an MP4 (or nothing)."""
     if glb[:4] != b"glTF":
         raise InputError("the character is not a binary glTF (.glb); make one with write_glb")
     if film and film[4:8] != b"ftyp":
@@ -81,15 +87,13 @@ def write_page(
     if len(glb) + len(film) > MAX_PAGE_BYTES:
         raise InputError(f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
     source = f'src="data:video/mp4;base64,{base64.b64encode(film).decode()}"'
-    text = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8")).substitute(
+    return Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(title),
         video=f'<video id="video" {source} controls loop muted autoplay playsinline></video>' if film else "",
         layout="both" if film else "alone",
         viewer=viewer_script(),
         glb=base64.b64encode(glb).decode(),
     )
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def write_character_page(path: str | os.PathLike[str], character: Character, clips: Clips) -> None:

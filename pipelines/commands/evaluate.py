@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from a2v.evaluation.protocol import (
 )
 from a2v.evaluation.published import published_table
 from a2v.evaluation.training import FILE, ClassifierSettings
+from a2v.evaluation.vocabulary import score_actions, vocabulary_table
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.commands.train_classifier import run_classifier
@@ -43,6 +44,7 @@ EXAMPLES = """examples:
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --model mine.onnx --repeats 5 --state zeros --out table.md
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/condgru/baseline.pt --model first-frame --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
+  a2v evaluate --dataset cmu-fine --data ../shared/data --model cmu-fine --each-action 40 --out table.md     all 124 actions
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held-out P03,P10 --out table.md
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
@@ -71,6 +73,7 @@ class Options(DataOptions):
     model: tuple[str, ...] = option(f"{MODELS}; may be repeated", default=(), many="repeated")
     evaluator: str | None = option("file of a trained action classifier", default=None, metavar="FILE")
     actions: str = option("actions to measure each by itself too, with commas (500 clips)", default="")
+    each_action: int = option("clips of every action for a table of how each is recognised and how much it repeats its clips", default=0)
     held_out: str = option("subjects to compare with alone too: names with commas, or auto", default="none")
     out: str = option("the .md to write; the .json lies beside it")
     alike: bool = option(
@@ -132,6 +135,14 @@ def run(options: Options) -> Answer:
             action_table(tables),
         ]
         content |= _actions_content(alone, tables)
+    if options.each_action:
+        measured = {}
+        for name, generate in table.models.items():
+            with bar(name, "action") as progress:
+                rows = score_actions(generate, dataset, evaluator, clips=options.each_action, seed=protocol.seed, progress=progress)
+            text += [f"Every action of {name}, {options.each_action} clips each (zero classifier state):", vocabulary_table(rows)]
+            measured[name] = [asdict(row) for row in rows]
+        content["vocabulary"] = {"clips": options.each_action, "scores": measured}
     if unseen is not None:
         with bar("held out", "set") as progress:
             against = evaluate({"Training clips": recorded(training), **table.models}, unseen, evaluator, protocol, progress=progress)

@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.datasets import ActionDataset
+from a2v.datasets import ActionDataset, load_dataset
 from a2v.errors import InputError
 from a2v.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline
-from a2v.evaluation.protocol import Generate, generator_of
+from a2v.evaluation.protocol import Generate, generator_of, generator_of_families
 from a2v.motion import MotionModel
 from pipelines.motion_options import MODEL
 
 MODELS = f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first pose, then zeros)"
 """What the option that names them says."""
+
+FINER = {"cmu": "cmu-fine"}
+"""Data sets whose models of finer actions can be measured under the coarser names."""
 
 
 @dataclass(frozen=True)
@@ -26,18 +29,18 @@ class Evaluated:
     trained_on: str
 
 
-def open_models(names: Sequence[str], dataset: ActionDataset) -> dict[str, Evaluated]:
-    """Models by the name that the tables show.
+def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
+    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of finer actions.
 
     Raises
     ------
     InputError
-        One is missing or knows other actions or joints.
+        One is missing or knows other joints or actions, unless they are finer ones of the same clips.
     """
     models: dict[str, Evaluated] = {}
     for name in names:
         path = Path(name)
-        kind, model = _opened(name, path, dataset)
+        kind, model = _opened(name, path, dataset, data)
         shown = kind if name == FIRST_FRAME else f"{kind} ({path.name})"
         if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
             shown = f"{kind} ({path.parent.name}/{path.name})"
@@ -47,7 +50,7 @@ def open_models(names: Sequence[str], dataset: ActionDataset) -> dict[str, Evalu
     return models
 
 
-def _opened(name: str, path: Path, dataset: ActionDataset) -> tuple[str, Evaluated]:
+def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[str, Evaluated]:
     if name == FIRST_FRAME:
         return "a real first pose, then zeros", Evaluated(first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest)
     if path.suffix == ".pt":
@@ -61,6 +64,10 @@ def _opened(name: str, path: Path, dataset: ActionDataset) -> tuple[str, Evaluat
             )
         return trained.name, Evaluated(generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest)
     model = MotionModel.load(name)
-    if model.actions != dataset.actions or model.card.joint_names != dataset.skeleton.joint_names:
+    finer = model.card.dataset == FINER.get(dataset.name)
+    if (model.actions != dataset.actions and not finer) or model.card.joint_names != dataset.skeleton.joint_names:
         raise InputError(f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}")
-    return model.card.decoder, Evaluated(generator_of(model, dataset.length), model.digest, model.card.dataset_digest or "")
+    generate = generator_of(model, dataset.length)
+    if finer:
+        generate = generator_of_families(model, load_dataset(model.card.dataset, data), dataset.actions, dataset.length)
+    return model.card.decoder, Evaluated(generate, model.digest, model.card.dataset_digest or "")

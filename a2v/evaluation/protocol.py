@@ -96,6 +96,36 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
     return generate
 
 
+def generator_of_families(model: MotionModel, fine: ActionDataset, families: Sequence[str], frames: int) -> Generate:
+    """Sampling of a model of finer actions under coarser names: each is asked for as often as it has clips within its family.
+
+    Parameters
+    ----------
+    model : MotionModel
+        Of the actions of `fine`.
+    fine : ActionDataset
+        Its traits "coarse:NAME" say which family an action belongs to.
+    families : sequence of str
+        Names of the labels that are asked for.
+
+    Raises
+    ------
+    InputError
+        A family has no clip in `fine`.
+    """
+    family_of = [next((trait[7:] for trait in traits if trait.startswith("coarse:")), "") for traits in fine.traits]
+    members = [np.array([k for k in fine.labels.tolist() if family_of[k] == name], dtype=np.int64) for name in families]
+    if empty := [name for name, own in zip(families, members, strict=True) if not len(own)]:
+        raise InputError(f"{fine.name} has no clips of '{empty[0]}'")
+    generate = generator_of(model, frames)
+
+    def generate_families(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+        chosen = np.array([generator.choice(members[label]) for label in labels.tolist()])
+        return generate(chosen, lengths, generator)
+
+    return generate_families
+
+
 def recorded(dataset: ActionDataset) -> Generate:
     """Random windows of recorded clips of the wanted actions, as a model would give them (their own bone lengths).
 

@@ -45,6 +45,7 @@ EXAMPLES = """examples:
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/condgru/baseline.pt --model first-frame --out table.md
   a2v evaluate --dataset cmu --data ../shared/data --model cmu --actions Walk,Jump --out table.md     Table 4: locomotion
   a2v evaluate --dataset cmu-fine --data ../shared/data --model cmu-fine --each-action 40 --out table.md     all 124 actions
+  a2v evaluate --dataset cmu --data ../shared/data --model cmu --model cmu-fine --out table.md      fine actions as the papers' eight
   a2v evaluate --dataset humanact12 --data ../shared/data --model runs/unseen/motion.onnx --held-out P03,P10 --out table.md
   a2v evaluate --dataset bvh --data my_actions --model runs/mine/motion.onnx --out table.md
   a2v evaluate reconstruction --help                        people from photos: another protocol, with options of its own
@@ -112,7 +113,7 @@ def run(options: Options) -> Answer:
     out, protocol = table_path(options.out), options.protocol
     dataset = options.open()
     training, unseen = hold_out(dataset, options.held_out)
-    opened = open_models(options.model, dataset)
+    opened = open_models(options.model, dataset, options.data)
     evaluator = find_evaluator(options, dataset)
     table = _Table(out, dataset, evaluator, protocol, opened)
     scores = table.measure()

@@ -17,6 +17,7 @@ from a2v.evaluation.protocol import (
     action_table,
     evaluate,
     evaluate_actions,
+    generator_of_families,
     markdown_table,
     physics_table,
     recorded,
@@ -162,3 +163,27 @@ def test_a_classifier_of_other_actions_is_refused(setting):
         evaluate({}, dataset, other, SETTINGS)
     with pytest.raises(InputError, match="clips=5"):
         EvaluationSettings(clips=5)
+
+
+def test_families_are_asked_for_by_their_fine_actions_as_often_as_they_have_clips(monkeypatch):
+    fine = dataclasses.replace(
+        mirrored(clips=8), actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]),
+        traits=(("coarse:walk",), ("coarse:walk", "style:stiff"), ("coarse:jump",)),
+    )  # fmt: skip
+    asked = []
+
+    def note(model, frames):
+        def generate(labels, lengths, generator):
+            asked.append(labels)
+            return np.zeros((len(labels), frames, 20, 3), np.float32)
+
+        return generate
+
+    monkeypatch.setattr("a2v.evaluation.protocol.generator_of", note)
+    generate = generator_of_families(None, fine, ("jump", "walk"), 20)
+    made = generate(np.array([0, 1] * 300), np.zeros((600, 20)), np.random.default_rng(0))
+    assert made.shape == (600, 20, 20, 3)
+    assert set(asked[0][::2]) == {2}  # the family "jump" has one action
+    assert np.mean(asked[0][1::2] == 1) == pytest.approx(1 / 7, abs=0.05)  # "march" has one of the seven clips of "walk"
+    with pytest.raises(InputError, match="no clips of 'fly'"):
+        generator_of_families(None, fine, ("fly",), 20)

@@ -11,7 +11,7 @@ BENCHMARKS ?= $(filter-out %_cycles.py,$(wildcard benchmarks/*.py))
 ARGS ?=
 export PYTHON
 
-.PHONY: help setup video test fuzz bench sheets lint notebooks dag clean
+.PHONY: help setup video page test fuzz bench sheets lint notebooks dag clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -22,6 +22,9 @@ setup: ## install what is needed (Debian packages, .venv, pinned dependencies); 
 
 video: setup ## PHOTO=… ACTION=… OUT=…: a person and an action to a video; the last line printed is its path
 	@$(PY) -m pipelines video --photo $(PHOTO) --action $(ACTION) --out $(OUT) $(ARGS)
+
+page: setup ## a page in the browser: a photo in, a video out; Ctrl-C ends it
+	@$(PY) -m pipelines serve --browser $(ARGS)
 
 test: setup ## run every test
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)

@@ -40,6 +40,7 @@ COMMANDS = {
     "motion": "an action to motion files",
     "character": "a photo and several actions to one GLB, USD or web page",
     "reconstruct": "a photo to a rigged, textured 3D character",
+    "serve": "a page in the browser: a photo in, a video out",
     "actions": "list what a motion model can do",
     "evaluate": "measure models as the papers do",
     "train": "train a model",

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -19,16 +17,12 @@ from a2v.formats.gltf import write_glb
 from a2v.geometry.mesh import vertex_normals
 from a2v.rendering import write_page, write_video
 from a2v.rendering.page import viewer_script
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+from tests.support.page import find_browser
 
 
 @pytest.fixture(scope="module")
 def browser() -> str:
-    found = os.environ.get("CHROME") or next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        pytest.skip(f"no browser found (looked for $CHROME, {', '.join(BROWSERS)})")
-    return found
+    return find_browser()
 
 
 @pytest.fixture(scope="module")

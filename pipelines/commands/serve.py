@@ -1,0 +1,152 @@
+"""``a2v serve``: a page on this machine, from a photo to a video."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import socket
+import webbrowser
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from a2v.errors import A2VError, InputError
+from a2v.io import atomic_path, read_bytes
+from pipelines.answer import Answer
+from pipelines.inputs import LookOptions, MotionOptions, PhotoOptions, RunOptions, check_writable
+from pipelines.options import flag, option
+from pipelines.store import Store
+
+HELP = "Open a web page on this machine: drop a photo, say what to do, watch it being made, turn the character, download the files."
+EXAMPLES = """examples:
+  a2v serve                                     prints the address; open it in a browser of this machine
+  a2v serve --browser                           opens it
+  a2v serve --folder out/page --port 9000
+
+The server answers to this machine alone, and only to whoever has the whole address. Photos, videos and the queue stay in --folder;
+whoever starts it again goes on where it was. Ctrl-C ends it."""
+
+LOCAL = "127.0.0.1"
+PORT = 8420
+COMPUTE = "from pipelines.commands.serve import compute; compute()"
+"""What the page's child processes run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    folder: str | None = option("where photos, videos and the queue are kept (default: ~/.local/share/a2v/page)", default=None)
+    port: int = option("of 127.0.0.1; 0 for any that is free", default=PORT)
+    browser: bool = flag("open the page in the browser")
+    workers: int | None = option("processes; one a core by default", default=None)
+    cache: str | None = option("folder of remembered results (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
+
+
+def run(options: Options) -> Answer:
+    """Serve until interrupted; print the address at once."""
+    import uvicorn
+
+    if options.workers is not None and options.workers < 1:
+        raise InputError(f"workers is {options.workers}; expected 1 or more")
+    os.umask(0o077)  # photos, videos and the token are their user's alone
+    folder = _private(options.folder)
+    Store(options.cache).prepare()
+    with _only_one(folder), _listening(options.port) as listener:
+        from pipelines.serve.app import make_app
+        from pipelines.serve.desk import Desk
+        from pipelines.serve.records import Library
+
+        token = _token(folder)
+        address = f"http://{LOCAL}:{listener.getsockname()[1]}/{token}/"
+        app = make_app(Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers), token)
+        config = uvicorn.Config(
+            app, loop="asyncio", http="h11", ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
+            proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=200,
+        )  # fmt: skip
+        with contextlib.suppress(KeyboardInterrupt):
+            print(address, flush=True)
+            if options.browser:
+                _open(folder, address)
+            uvicorn.Server(config).run(sockets=[listener])
+    return Answer(text="", facts={"address": address, "folder": folder})
+
+
+def compute() -> None:
+    """Be a child process of the page: videos are made by the command's own function."""
+    from pipelines.commands import video
+    from pipelines.serve.worker import main
+
+    def make(photo: PhotoOptions, out: str, motion: MotionOptions, look: LookOptions, running: RunOptions) -> Answer:
+        return video.run(video.Options(photo=photo, out=out, motion=motion, look=look, running=running))
+
+    main(make)
+
+
+def _private(asked: str | None) -> Path:
+    """The folder, for its user alone.
+
+    Raises
+    ------
+    InputError
+        It cannot be written, or belongs to somebody else.
+    """
+    if asked is None:
+        data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+        folder = Path(data) / "a2v" / "page"
+    else:
+        folder = Path(asked)
+    return check_writable(folder).resolve()
+
+
+@contextlib.contextmanager
+def _only_one(folder: Path) -> Iterator[None]:
+    """Hold the folder: two servers would do every job twice."""
+    import fcntl
+
+    with open(folder / "lock", "a") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputError(f"a page runs on {folder} already; open its address, end it first, or choose another --folder") from None
+        yield
+
+
+@contextlib.contextmanager
+def _listening(port: int) -> Iterator[socket.socket]:
+    """A socket on this machine's own address."""
+    if not 0 <= port <= 65535:
+        raise InputError(f"port is {port}; expected 0 to 65535")
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((LOCAL, port))
+            listener.listen()  # whoever comes before the server is ready waits
+        except OSError as error:
+            raise InputError(f"cannot listen on port {port}: {error.strerror}; choose another --port, or 0 for any") from None
+        yield listener
+
+
+def _token(folder: Path) -> str:
+    """The secret of the address, kept with the folder, so that a page that is open goes on after a restart."""
+    path = folder / "token"
+    with contextlib.suppress(A2VError, UnicodeDecodeError):
+        known = read_bytes(path, limit=1000).decode("ascii").strip()
+        if len(known) >= 32 and known.isalnum() and not path.stat().st_mode & 0o077:
+            return known
+    token = secrets.token_hex(20)
+    with atomic_path(path) as temporary:
+        temporary.write_text(token)
+    return token
+
+
+def _open(folder: Path, address: str) -> None:
+    """Open a browser; by a file that leads to the address, since others may read the names of programs' arguments."""
+    path = folder / "open.html"
+    with atomic_path(path) as temporary:
+        temporary.write_text(
+            f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(address)}"><a href="{escape(address)}">a2v</a>'
+        )
+    webbrowser.open(path.as_uri())

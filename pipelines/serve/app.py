@@ -1,0 +1,271 @@
+"""The page's application: photos in, jobs in, state and files out."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import stat
+import tempfile
+import unicodedata
+import zipfile
+from collections.abc import AsyncIterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.background import BackgroundTask
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from a2v.errors import A2VError, InputError
+from a2v.io import parse_json, printable
+from a2v.perception.photo import decode_photo
+from pipelines.serve.desk import Desk
+from pipelines.serve.guard import Guard
+from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
+from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
+from pipelines.serve.worker import TURN
+
+MAX_UPLOAD = 40 << 20
+MAX_WORDS = 1 << 16
+"""Bytes of a photo, and of any other request."""
+PAGE = Path(__file__).parent / "page"
+_TYPES = {
+    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png",
+    ".mp4": "video/mp4", ".glb": "model/gltf-binary", ".json": "application/json",
+}  # fmt: skip
+_ALONE = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src data:; "
+        "connect-src data: blob:; frame-ancestors 'self'; sandbox allow-scripts"
+    )
+}
+"""Of pages of one file, which hold their scripts: they get an origin of their own and reach nothing."""
+
+
+def make_app(desk: Desk, token: str) -> Guard:
+    """The application behind its guard."""
+
+    @contextlib.asynccontextmanager
+    async def life(app: Starlette) -> AsyncIterator[None]:
+        desk.start()
+        yield
+        await desk.close()
+
+    handlers = {A2VError: _told, HTTPException: _status}
+    return Guard(Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token)
+
+
+async def _told(request: Request, error: Exception) -> Response:
+    return JSONResponse({"problem": printable(str(error))}, status_code=400)
+
+
+async def _status(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"problem": error.detail}, status_code=error.status_code)
+
+
+class Handlers:
+    """What answers each address."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._decoding = asyncio.Lock()  # one photo's pixels in the memory at a time
+
+    @property
+    def _library(self) -> Library:
+        return self._desk.library
+
+    def routes(self) -> list[Route]:
+        """All addresses below the token."""
+        get, post, delete = ["GET"], ["POST"], ["DELETE"]
+        return [
+            Route("/", self.page, methods=get),
+            Route("/page/{name}", self.asset, methods=get),
+            Route("/api/choices", self.choices, methods=get),
+            Route("/api/state", self.state, methods=get),
+            Route("/api/words", self.words, methods=post),
+            Route("/api/photos", self.take_photo, methods=post),
+            Route("/api/photos/{id}", self.remove_photo, methods=delete),
+            Route("/api/jobs", self.take_job, methods=post),
+            Route("/api/jobs/{id}", self.remove_job, methods=delete),
+            Route("/api/jobs/{id}/cancel", self.cancel, methods=post),
+            Route("/api/jobs/{id}/again", self.again, methods=post),
+            Route("/photos/{id}/{name}", self.photo_file, methods=get),
+            Route("/jobs/{id}/all.zip", self.everything, methods=get),
+            Route("/jobs/{id}/{name:path}", self.job_file, methods=get),
+        ]
+
+    async def page(self, request: Request) -> Response:
+        """The page itself."""
+        return _file(PAGE / "index.html", PAGE)
+
+    async def asset(self, request: Request) -> Response:
+        """Style, script and icon of the page."""
+        name = request.path_params["name"]
+        if name not in {path.name for path in PAGE.iterdir()}:
+            raise HTTPException(404, "there is no such file")
+        return _file(PAGE / name, PAGE)
+
+    async def choices(self, request: Request) -> Response:
+        """What may be chosen."""
+        return JSONResponse(await asyncio.to_thread(choices) | {"upload": MAX_UPLOAD})
+
+    async def state(self, request: Request) -> Response:
+        """Photos and jobs as they are."""
+        photos = [_public(photo) for photo in self._library.photos.values()]
+        waiting = [job.id for job in sorted(self._library.jobs.values(), key=lambda one: one.created) if job.status == "waiting"]
+        jobs = []
+        for job in self._library.jobs.values():
+            place = waiting.index(job.id) + 1 if job.id in waiting else 0
+            jobs.append(_public(job) | {"progress": self._desk.progress.get(job.id), "place": place})
+        return JSONResponse({"photos": photos, "jobs": jobs})
+
+    async def words(self, request: Request) -> Response:
+        """What a prompt is taken for."""
+        said = await _json(request)
+        model, text = said.get("model"), said.get("text")
+        if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
+            raise InputError("expected a model's name and some words")
+        steps, matches = await asyncio.to_thread(understood, str(model), text)
+        parts = [
+            {"text": match.text, "action": step.action, "seconds": step.seconds, "near": match.others[:3]}
+            for step, match in zip(steps, matches, strict=True)
+        ]
+        return JSONResponse({"parts": parts})
+
+    async def take_photo(self, request: Request) -> Response:
+        """A photo comes in: its size before it is read, its pixels before they are decoded."""
+        data = await _body(request, MAX_UPLOAD)
+        title = _title(request.query_params.get("name", ""))
+        async with self._decoding:
+            await asyncio.to_thread(decode_photo, data, "this file")
+        photo = self._library.add_photo(data, title)
+        self._desk.wake()
+        await self._desk.warm()
+        return JSONResponse(_public(photo), status_code=201)
+
+    async def remove_photo(self, request: Request) -> Response:
+        """A photo goes, its videos with it."""
+        await self._desk.remove(self._photo(request))
+        return JSONResponse({})
+
+    async def take_job(self, request: Request) -> Response:
+        """A video is asked for."""
+        said = await _json(request)
+        photo = self._library.photos.get(str(said.get("photo")))
+        if photo is None:
+            raise InputError("this photo is not here any more; choose another")
+        wish = Wish.of(said.get("wish"))
+        await asyncio.to_thread(understood, wish.model, wish.action)
+        job = self._library.add_job(photo, wish)
+        self._desk.wake()
+        return JSONResponse(_public(job), status_code=201)
+
+    async def remove_job(self, request: Request) -> Response:
+        """A video goes."""
+        await self._desk.remove(self._job(request))
+        return JSONResponse({})
+
+    async def cancel(self, request: Request) -> Response:
+        """A video is not wanted any more."""
+        await self._desk.cancel(self._job(request))
+        return JSONResponse({})
+
+    async def again(self, request: Request) -> Response:
+        """Another attempt."""
+        self._desk.again(self._job(request))
+        return JSONResponse({})
+
+    async def photo_file(self, request: Request) -> Response:
+        """What the page shows of a photo; the bytes that came in are never given out."""
+        photo, name = self._photo(request), request.path_params["name"]
+        if name not in (SHOWN, MASK):
+            raise HTTPException(404, "there is no such file")
+        return _file(self._library.place(photo) / name, self._library.folder)
+
+    async def job_file(self, request: Request) -> Response:
+        """A result."""
+        job, name = self._job(request), request.path_params["name"]
+        if name not in job.files and not (name == TURN and job.status == "done"):
+            raise HTTPException(404, "there is no such file")
+        download = Path(name).name if "download" in request.query_params else None
+        return _file(self._library.place(job) / name, self._library.folder, download=download)
+
+    async def everything(self, request: Request) -> Response:
+        """All results in one archive."""
+        job = self._job(request)
+        if not job.files:
+            raise HTTPException(404, "nothing is made yet")
+        archive = await asyncio.to_thread(_zip, self._library.place(job), job.files)
+        return FileResponse(archive, filename="a2v.zip", media_type="application/zip", background=BackgroundTask(archive.unlink))
+
+    def _photo(self, request: Request) -> Photo:
+        if (photo := self._library.photos.get(request.path_params["id"])) is None:
+            raise HTTPException(404, "this photo is not here any more")
+        return photo
+
+    def _job(self, request: Request) -> Job:
+        if (job := self._library.jobs.get(request.path_params["id"])) is None:
+            raise HTTPException(404, "this video is not here any more")
+        return job
+
+
+def _public(item: Photo | Job) -> dict[str, Any]:
+    facts: dict[str, Any] = dict(vars(item))
+    if isinstance(item, Job):
+        facts["wish"] = item.wish.said()
+    return facts
+
+
+def _title(text: str) -> str:
+    """A file's name as words to show."""
+    kept = "".join(letter for letter in unicodedata.normalize("NFC", text) if letter.isprintable())
+    return Path(kept.replace("\\", "/")).stem.strip()
+
+
+async def _body(request: Request, limit: int) -> bytes:
+    """The body of a request, refused by what it says of its size, and cut off where it said something else."""
+    too_large = f"this is larger than {limit >> 20} MB; send a smaller photo" if limit >> 20 else "the request is too long"
+    length = request.headers.get("content-length", "0")
+    if not length.isdigit() or int(length) > limit:
+        raise HTTPException(413, too_large)
+    data = bytearray()
+    try:
+        async for part in request.stream():
+            data += part
+            if len(data) > limit:
+                raise HTTPException(413, too_large)
+    except ClientDisconnect:
+        raise HTTPException(400, "the connection broke off") from None
+    if not data:
+        raise InputError("this file is empty; choose a JPEG, PNG or WebP photo")
+    return bytes(data)
+
+
+async def _json(request: Request) -> Mapping[str, Any]:
+    said = parse_json(await _body(request, MAX_WORDS), "the request", "an object")
+    if not isinstance(said, dict):
+        raise InputError("the request is no object")
+    return said
+
+
+def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
+    """A file of ours, in parts where a player asks for parts; never what lies elsewhere or is no plain file."""
+    try:
+        if not path.resolve().is_relative_to(inside.resolve()) or not stat.S_ISREG(path.lstat().st_mode):
+            raise HTTPException(404, "there is no such file")
+    except OSError:
+        raise HTTPException(404, "there is no such file") from None
+    alone = path.suffix == ".html" and inside != PAGE
+    headers = _ALONE if alone else {}
+    return FileResponse(path, media_type=_TYPES.get(path.suffix, "application/octet-stream"), filename=download, headers=headers)
+
+
+def _zip(folder: Path, names: Mapping[str, int]) -> Path:
+    with tempfile.NamedTemporaryFile(suffix=".zip", delete=False) as stream, zipfile.ZipFile(stream, "w") as archive:
+        for name in names:
+            archive.write(folder / name, name)
+    return Path(stream.name)

@@ -1,0 +1,98 @@
+"""Who may ask: this machine, with the token in the address, from the page itself; anybody else learns nothing."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+Application = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+HOSTS = ("127.0.0.1", "localhost", "[::1]")
+"""Names of this machine: a page elsewhere whose own name leads here (DNS rebinding) has another one."""
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; media-src 'self' blob:; connect-src 'self'; "
+        "frame-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'self'"
+    ),
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(self), microphone=(), geolocation=()",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+"""Of every answer, unless it has its own."""
+
+
+class Guard:
+    """Lets requests through to `inner` whose path begins with the token, whose host is this machine and whose origin is the page.
+
+    The token's part of the path is taken off before `inner` sees it.
+    """
+
+    def __init__(self, inner: Application, token: str) -> None:
+        self._inner, self._token = inner, token
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """An ASGI application."""
+        if scope["type"] == "lifespan":
+            await self._inner(scope, receive, send)
+            return
+        if scope["type"] != "http":
+            return
+        send = _with_headers(send)
+        given = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        _, _, rest = scope["path"].partition("/")
+        token, slash, path = rest.partition("/")
+        if problem := _foreign(given):
+            await _refuse(send, 403, problem)
+        elif not secrets.compare_digest(token.encode(), self._token.encode()):
+            await _refuse(send, 403, "this address lacks its token; use the whole address that a2v serve has printed")
+        elif not slash:
+            await _refuse(send, 404, "the address ends in a slash")
+        else:
+            raw = f"/{path}"
+            await self._inner({**scope, "path": raw, "raw_path": raw.encode(), "root_path": ""}, receive, send)
+
+
+def _foreign(headers: dict[str, str]) -> str:
+    """What is wrong with where a request comes from; empty if nothing is."""
+    host = headers.get("host", "")
+    if re.sub(r":\d{1,5}$", "", host) not in HOSTS:
+        return "this server answers to 127.0.0.1 and localhost alone"
+    origin = headers.get("origin")
+    if origin is not None and origin != f"http://{host}":
+        return "requests of other pages are refused"
+    if (
+        origin is None
+        and headers.get("sec-fetch-site", "none") in ("cross-site", "same-site")
+        and headers.get("sec-fetch-mode") != "navigate"
+    ):
+        return "requests of other pages are refused"
+    return ""
+
+
+def _with_headers(send: Send) -> Send:
+    async def answer(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            own = {name.lower() for name, _ in message.get("headers", [])}
+            more = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items() if name.lower().encode() not in own]
+            message = {**message, "headers": [*message.get("headers", []), *more]}
+        await send(message)
+
+    return answer
+
+
+async def _refuse(send: Send, status: int, sentence: str) -> None:
+    body = json.dumps({"problem": sentence}).encode()
+    headers = [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,149 @@
+"""What a browser may ask for, checked; and the options of ``a2v video`` that it stands for."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from a2v.errors import InputError
+from a2v.io import brief
+from a2v.kinematics.resample import SHOWN_FPS
+from a2v.motion import BUNDLED, MotionModel
+from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
+from a2v.types import VIEWS
+from pipelines.inputs import LookOptions, MotionOptions, length_of
+
+ALL_VIEWS = (*VIEWS, "turntable")
+SIZES = (64, 1080)
+SAMPLES = (1, 64)
+SECONDS = (0.1, 60.0)
+RATES = (5.0, 60.0)
+MAX_ACTION = 300
+MODELS = ("cmu-fine", "cmu", "humanact12-fine", "humanact12")
+"""Of the shipped motion models those that the page offers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wish:
+    """A video as the page asks for it; nothing in it names a file.
+
+    Attributes
+    ----------
+    action : str
+        Names or words; commas and "then" between parts.
+    seconds : float
+        Length of the motion.
+    fps : float
+        Frames a second of the video.
+    background : "stage", "transparent" or "#rrggbb"
+    """
+
+    action: str
+    model: str = MODELS[0]
+    seconds: float = 4.0
+    fps: float = SHOWN_FPS
+    seed: int = 0
+    views: tuple[str, ...] = VIEWS
+    size: int = 384
+    spp: int = 8
+    background: str = "stage"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.action, str) or not self.action.strip() or len(self.action) > MAX_ACTION:
+            raise InputError(f"no action is given that can be read; expected names or words, at most {MAX_ACTION} letters")
+        if self.model not in MODELS:
+            raise InputError(f"unknown motion model {brief(self.model)}; choose from {', '.join(MODELS)}")
+        _check("seconds", self.seconds, SECONDS, float)
+        _check("fps", self.fps, RATES, float)
+        _check("seed", self.seed, (0, 2**32 - 1), int)
+        _check("size", self.size, SIZES, int)
+        _check("spp", self.spp, SAMPLES, int)
+        if self.size % 2:
+            raise InputError(f"size is {self.size}; expected an even number of pixels")
+        if not self.views or len(set(self.views)) != len(self.views) or not set(self.views) <= set(ALL_VIEWS):
+            raise InputError(f"views are {brief(self.views)}; choose some of {', '.join(ALL_VIEWS)}, each once")
+        if not isinstance(self.background, str) or not re.fullmatch(r"stage|transparent|#[0-9a-f]{6}", self.background):
+            raise InputError(f"background is {brief(self.background)}; expected stage, transparent or a colour such as #30506f")
+
+    @classmethod
+    def of(cls, said: object) -> Wish:
+        """A wish out of JSON.
+
+        Raises
+        ------
+        InputError
+            An unknown name, or a value out of range.
+        """
+        if not isinstance(said, Mapping):
+            raise InputError(f"the request is {brief(said)}; expected an object of settings")
+        known = {item.name for item in dataclasses.fields(cls)}
+        if unknown := [name for name in said if name not in known]:
+            raise InputError(f"unknown setting {brief(unknown[0])}; expected {', '.join(sorted(known))}")
+        if "action" not in said:
+            raise InputError("no action is given; pick one or write what to do")
+        values = dict(said)
+        if "views" in values:
+            views = values["views"]
+            if not isinstance(views, list | tuple) or not all(isinstance(view, str) for view in views):
+                raise InputError(f"views are {brief(views)}; expected a list of names")
+            values["views"] = tuple(views)
+        return cls(**values)
+
+    def said(self) -> dict[str, Any]:
+        """As JSON, from which `of` makes it."""
+        return dataclasses.asdict(self)
+
+    @property
+    def frames(self) -> int:
+        """Frames of the video."""
+        return length_of(frames=None, seconds=self.seconds, fps=self.fps)
+
+    @property
+    def motion(self) -> MotionOptions:
+        """The motion as the command line has it."""
+        return MotionOptions(action=self.action, model=self.model, seconds=self.seconds, fps=self.fps, seed=self.seed)
+
+    @property
+    def look(self) -> LookOptions:
+        """The look as the command line has it."""
+        return LookOptions(views=",".join(self.views), size=self.size, spp=self.spp, background=self.background)
+
+
+def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:
+    good = isinstance(value, (int, float) if kind is float else int) and not isinstance(value, bool)
+    if not good or not limits[0] <= value <= limits[1]:  # type: ignore[operator]  # a number, as was just found
+        raise InputError(f"{name} is {brief(value)}; expected {'a whole' if kind is int else 'a'} number from {limits[0]} to {limits[1]}")
+
+
+@functools.cache
+def model_of(name: str) -> MotionModel:
+    """A shipped model, opened once."""
+    assert name in BUNDLED
+    return MotionModel.load(name)
+
+
+@functools.cache
+def _vocabulary(name: str) -> Vocabulary:
+    return Vocabulary.of(model_of(name).card)
+
+
+def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
+    """What a model takes the words for.
+
+    Raises
+    ------
+    InputError
+        A part means no action; the message names the nearest.
+    """
+    return parse_prompt(text[:MAX_ACTION], _vocabulary(model))
+
+
+def choices() -> dict[str, Any]:
+    """What the page offers: models with their actions, views, and the limits of numbers."""
+    models = [{"name": name, "actions": list(model_of(name).actions)} for name in MODELS]
+    limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
+    return {"models": models, "views": ALL_VIEWS, "limits": limits}

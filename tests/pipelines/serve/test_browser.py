@@ -1,0 +1,231 @@
+"""The page in a real browser: from a photo to files, two people at once, and a restart in the middle."""
+
+from __future__ import annotations
+
+import io
+import re
+import signal
+import time
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
+
+from tests.support.page import ROOT, Server, find_browser
+
+SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
+LONG = 600_000.0
+"""Milliseconds for what may have to compute a person first, on a busy machine."""
+
+expect.set_options(timeout=60_000)  # five seconds by default, which a busy machine may need for a poll
+
+CONTRAST = """() => {
+  const parse = text => text.match(/[\\d.]+/g).map(Number);
+  const light = color => color.slice(0, 3).map(v => v / 255).map(v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = item => {
+    for (let at = item; at; at = at.parentElement) {
+      const color = parse(getComputedStyle(at).backgroundColor);
+      if (color.length < 4 || color[3] > 0.99) return color;
+    }
+    return [255, 255, 255];
+  };
+  const bad = [];
+  for (const item of document.querySelectorAll("body *")) {
+    const own = [...item.childNodes].some(node => node.nodeType === 3 && node.textContent.trim());
+    if (!own || !item.checkVisibility() || item.closest(":disabled, svg, option, .skip")) continue;
+    const [a, b] = [light(parse(getComputedStyle(item).color)), light(behind(item))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) bad.push(`${item.tagName} ${item.textContent.trim().slice(0, 30)}: ${ratio.toFixed(2)}`);
+  }
+  return bad;
+}"""
+NAMELESS = """() => [...document.querySelectorAll("input, select, button, a, video, iframe, progress")]
+  .filter(item => item.checkVisibility())
+  .filter(item => !(item.labels && item.labels.length) && !item.getAttribute("aria-label") && !item.textContent.trim() && !item.title)
+  .map(item => item.outerHTML)"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    running = Server(tmp_path_factory.mktemp("page") / "folder")
+    yield running
+    running.end()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    flags = [
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--use-fake-device-for-media-stream",
+        "--use-fake-ui-for-media-stream",
+    ]
+    with sync_playwright() as engine:
+        opened = engine.chromium.launch(
+            executable_path=find_browser(), args=[*flags, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"]
+        )
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def visit(browser: Browser, server: Server) -> Iterator[Callable[..., Page]]:
+    """Opens the page in a browser of its own; in the end nothing has failed, and nothing but the server was asked."""
+    contexts: list[BrowserContext] = []
+    asked: list[Request] = []
+    errors: list[str] = []
+
+    def opened(**how: Any) -> Page:
+        context = browser.new_context(**how)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("request", lambda request: asked.append(request))
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda line: errors.append(line.text) if "Content Security Policy" in line.text else None)
+        page.set_default_timeout(60_000)
+        page.goto(server.address)
+        expect(page.locator("body[data-ready=yes]")).to_be_visible(timeout=60_000)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert [one.url for one in asked if not one.url.startswith((server.address, "blob:", "data:"))] == []
+    assert errors == []
+
+
+def upload_sample(page: Page) -> None:
+    page.locator("#file").set_input_files(SAMPLE)
+    expect(page.locator("#seen-text")).to_contain_text("Found the person", timeout=120_000)
+
+
+def order(page: Page, words: str) -> str:
+    """Ask for a second at twelve frames; the job's identity."""
+    page.locator("#model").select_option("cmu")
+    page.locator("#action").fill(words)
+    page.locator("#seconds").fill("1")
+    page.locator("#size").select_option("128")
+    for name in ("back", "left", "right"):
+        page.locator(f"#views input[value={name}]").uncheck()
+    if not page.locator("#spp").is_visible():
+        page.locator("summary", has_text="More").click()
+    page.locator("#spp").fill("1")
+    page.locator("#fps").select_option("12")
+    with page.expect_response(lambda answer: answer.url.endswith("api/jobs")) as answered:
+        page.get_by_role("button", name="Make the video").click()
+    return str(answered.value.json()["id"])
+
+
+def test_the_page_is_light_readable_and_named(visit: Callable[..., Page], server: Server) -> None:
+    for scheme in ("light", "dark"):
+        page = visit(viewport={"width": 360, "height": 740}, color_scheme=scheme)
+        for details in page.locator("main details").all():
+            details.locator("summary").click()
+        assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
+        assert page.evaluate(CONTRAST) == []
+        assert page.evaluate(NAMELESS) == []
+    blocking = [server.ask(path) for path in ("", "page/style.css")]  # all that the first paint waits for; scripts are modules
+    assert sum(len(body) for _, _, body in blocking) < 40_000
+
+
+def test_it_works_by_keyboard_alone(visit: Callable[..., Page]) -> None:
+    page = visit()
+    order_of_focus = []
+    for _ in range(30):
+        page.keyboard.press("Tab")
+        order_of_focus.append(page.evaluate("document.activeElement.id"))
+        if order_of_focus[-1] == "make":
+            break
+    wanted = ["file", "camera", "action", "model", "seconds", "size", "make"]
+    assert [name for name in order_of_focus if name in wanted] == wanted
+    page.keyboard.press("Enter")
+    expect(page.locator("#make-problem")).to_have_text("Choose a photo first.")
+    assert page.evaluate("document.activeElement.id") == "file"
+
+
+def test_what_is_no_photo_and_whom_the_camera_does_not_see(visit: Callable[..., Page]) -> None:
+    page = visit()
+    page.locator("#file").set_input_files({"name": "broken.jpg", "mimeType": "image/jpeg", "buffer": SAMPLE.read_bytes()[:3000]})
+    expect(page.locator("#photo-problem")).to_have_text(re.compile("This file is damaged or truncated"))
+    page.get_by_role("button", name="Use the camera").click()
+    page.locator("#delay").select_option("0")
+    expect(page.locator("#snap")).to_be_enabled()
+    page.get_by_role("button", name="Take the photo").click()  # Chromium's own test picture
+    expect(page.locator("#photo-problem")).to_contain_text("person", timeout=120_000)
+    expect(page.locator("#shutter")).to_be_hidden()
+    page.once("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("button", name="Remove this photo").click()
+    expect(page.locator("#chosen")).to_be_hidden()
+
+
+@pytest.mark.slow
+def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -> None:
+    page = visit()
+    upload_sample(page)
+    expect(page.locator("#bones circle").nth(25)).to_be_visible()
+    assert page.evaluate("document.querySelector('#mask').naturalWidth") > 100
+    page.locator("#action").fill("ballet for nobody xyzzy")
+    page.locator("#model").select_option("cmu")
+    page.locator("#action").fill("walking")
+    expect(page.locator("#understood")).to_have_text("Understood: Walk")
+    job = order(page, "walking")
+    card = page.locator(f"#job-{job}")
+    expect(card.locator(".badge")).to_have_text("being made")
+    expect(card.locator(".left")).to_have_text(re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG)
+    expect(card.locator(".badge")).to_have_text("done", timeout=LONG)
+
+    deadline = time.monotonic() + 60
+    while page.evaluate("document.querySelector('.panel video').currentTime") < 0.2:  # it plays
+        assert time.monotonic() < deadline
+        page.wait_for_timeout(100)
+    card.get_by_role("tab", name="Character").click()
+    expect(page.frame_locator(".panel iframe").locator("body")).to_have_attribute("data-state", "ready", timeout=120_000)
+    card.get_by_role("tab", name="Files").click()
+    found = {}
+    for link in card.locator(".files a").all():
+        with page.expect_download() as download:
+            link.click()
+        found[link.inner_text()] = Path(download.value.path()).read_bytes()
+    assert set(found) == {"video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "report.json"}
+    assert all(data == (server.folder / "jobs" / job / name).read_bytes() for name, data in found.items())
+    with page.expect_download() as download:
+        card.get_by_text("Download all").click()
+    with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
+        assert set(archive.namelist()) == set(found)
+        assert archive.testzip() is None
+
+
+@pytest.mark.slow
+def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], server: Server) -> None:
+    one, other = visit(), visit()
+    upload_sample(one)
+    upload_sample(other)
+    jobs = [order(one, "run"), order(other, "jump")]
+    expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(re.compile("waiting"))  # each sees both
+    expect(other.locator(f"#job-{jobs[0]} .stage-text")).not_to_have_text("Starting", timeout=120_000)
+    server.end(signal.SIGKILL)
+    expect(one.locator("#lost")).to_be_visible(timeout=30_000)
+    again = Server(server.folder, server.port)
+    server.__dict__.update(again.__dict__)
+    expect(other.locator("#lost")).to_be_hidden(timeout=30_000)
+    for job in jobs:
+        for page in (one, other):
+            expect(page.locator(f"#job-{job} .badge")).to_have_text("done", timeout=LONG)
+    third = order(other, "dance")
+    expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
+    for child in psutil.Process(server.process.pid).children():  # as the system does where the memory is used up
+        child.kill()
+    expect(one.locator(f"#job-{third} .problem")).to_contain_text("has ended, most likely because the memory was used up")
+    one.locator(f"#job-{third}").get_by_role("button", name="Try again").click()
+    expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
+    one.locator(f"#job-{third}").get_by_role("button", name="Cancel").click()
+    expect(other.locator(f"#job-{third} .badge")).to_have_text("cancelled")
+    one.once("dialog", lambda dialog: dialog.accept())
+    one.locator(f"#job-{third}").get_by_role("button", name="Remove").click()
+    expect(other.locator(f"#job-{third}")).to_have_count(0)
+    assert not (server.folder / "jobs" / third).exists()

@@ -1,0 +1,84 @@
+"""A running ``a2v serve`` and a browser to look at it with."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+
+
+def find_browser() -> str:
+    """The browser's program; the test is skipped without one."""
+    found = os.environ.get("CHROME") or next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        pytest.skip(f"no browser found (looked for $CHROME, {', '.join(BROWSERS)})")
+    return found
+
+
+class Server:
+    """``a2v serve`` in a process of its own."""
+
+    def __init__(self, folder: Path, port: int = 0) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "pipelines", "serve", "--folder", str(folder), "--port", str(port), "--workers", "2"]
+        self.process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().strip()
+        assert self.address.startswith("http://127.0.0.1:"), self.address
+        self.port = urlsplit(self.address).port
+        self.token = urlsplit(self.address).path.strip("/")
+
+    def end(self, number: int = signal.SIGTERM) -> int:
+        """Send a signal and wait for the end; the exit code."""
+        self.process.send_signal(number)
+        code = self.process.wait(30)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        return code
+
+    def ask(
+        self,
+        path: str = "",
+        method: str = "GET",
+        body: bytes | None = None,
+        headers: Mapping[str, str] | None = None,
+        *,
+        whole: bool = False,
+    ) -> tuple[int, dict[str, str], bytes]:
+        """A request below the token (or of a `whole` path): status, headers by lower-case name, body."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        try:
+            target = path if whole else f"/{self.token}/{path}"
+            connection.putrequest(method, target, skip_host="host" in {name.lower() for name in headers or {}})
+            for name, value in (headers or {}).items():
+                connection.putheader(name, value)
+            if body is not None and "content-length" not in {name.lower() for name in headers or {}}:
+                connection.putheader("Content-Length", str(len(body)))
+            connection.endheaders(body)
+            answer = connection.getresponse()
+            return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+        finally:
+            connection.close()
+
+    def say(self, path: str, value: object, method: str = "POST") -> tuple[int, dict[str, Any]]:
+        """Send JSON; status and what came back."""
+        status, _, body = self.ask(path, method, json.dumps(value).encode())
+        return status, json.loads(body)
+
+    def state(self) -> dict[str, Any]:
+        """Photos and jobs."""
+        found: dict[str, Any] = json.loads(self.ask("api/state")[2])
+        return found

@@ -15,7 +15,8 @@ from pathlib import Path
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
 from pipelines.answer import Answer
-from pipelines.inputs import LookOptions, MotionOptions, PhotoOptions, RunOptions, check_writable
+from pipelines.inputs import LookOptions, PhotoOptions, RunOptions, check_writable
+from pipelines.motion_options import MotionOptions
 from pipelines.options import flag, option
 from pipelines.store import Store
 

@@ -15,7 +15,8 @@ from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion import BUNDLED, MotionModel
 from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
 from a2v.types import VIEWS
-from pipelines.inputs import LookOptions, MotionOptions, length_of
+from pipelines.inputs import LookOptions
+from pipelines.motion_options import MotionOptions, length_of
 
 ALL_VIEWS = (*VIEWS, "turntable")
 SIZES = (64, 1080)

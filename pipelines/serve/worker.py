@@ -23,7 +23,8 @@ from typing import IO, TYPE_CHECKING, Any
 from a2v.errors import A2VError
 from a2v.io import atomic_path, printable
 from pipelines.executors import LocalExecutor, cpu_count
-from pipelines.inputs import LookOptions, MotionOptions, PhotoOptions, RunOptions
+from pipelines.inputs import LookOptions, PhotoOptions, RunOptions
+from pipelines.motion_options import MotionOptions
 from pipelines.progress import Listener
 from pipelines.serve.clock import STILL, Clock
 from pipelines.serve.records import MASK, ORIGINAL, SHOWN

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,8 @@ RATES = (5.0, 60.0)
 MAX_ACTION = 300
 MODELS = ("cmu-fine", "cmu", "humanact12-fine", "humanact12")
 """Of the shipped motion models those that the page offers."""
+_READING = threading.Lock()
+"""Snowball's stemmer keeps its word in itself: one thread at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +143,8 @@ def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
     InputError
         A part means no action; the message names the nearest.
     """
-    return parse_prompt(text[:MAX_ACTION], _vocabulary(model))
+    with _READING:
+        return parse_prompt(text[:MAX_ACTION], _vocabulary(model))
 
 
 def choices() -> dict[str, Any]:

@@ -42,7 +42,7 @@ function showPhotos() {
   if (now === drawn) return;
   drawn = now;
   if (!photoOf(chosen)) chosen = state.photos.length ? state.photos[state.photos.length - 1].id : null;
-  byId("photos").replaceChildren(...state.photos.map(photo => {
+  byId("photos").replaceChildren(...[...state.photos].reverse().map(photo => {
     const button = make("button", { type: "button", title: photo.title });
     button.setAttribute("aria-pressed", photo.id === chosen);
     button.setAttribute("aria-label", `photo ${photo.title}`);

@@ -15,6 +15,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -257,6 +258,18 @@ def test_words_are_understood(server: Server) -> None:
     status, said = server.say("api/words", {"model": "cmu-fine", "text": "sneak for 3 s, then run away"})
     assert status == 200
     assert [part["action"] for part in said["parts"]] == ["Sneak", "Run"]
+
+
+def test_many_may_ask_at_once(server: Server) -> None:
+    asked = [
+        {"model": model, "text": text}
+        for text in ("walk slowly, then jump", "dancing", "running", "sneak")
+        for model in ("cmu", "cmu-fine")
+    ] * 4
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda said: server.say("api/words", said), asked))
+    assert [status for status, _ in answers[:8] * 4] == [status for status, _ in answers]
+    assert {status for status, _ in answers} <= {200, 400}  # of eight actions none sneaks
 
 
 # --- what goes out

@@ -104,11 +104,11 @@ def upload_sample(page: Page) -> None:
     expect(page.locator("#seen-text")).to_contain_text("Found the person", timeout=120_000)
 
 
-def order(page: Page, words: str) -> str:
-    """Ask for a second at twelve frames; the job's identity."""
+def order(page: Page, words: str, seconds: str = "1") -> str:
+    """Ask for a video of twelve frames a second; the job's identity."""
     page.locator("#model").select_option("cmu")
     page.locator("#action").fill(words)
-    page.locator("#seconds").fill("1")
+    page.locator("#seconds").fill(seconds)
     page.locator("#size").select_option("128")
     for name in ("back", "left", "right"):
         page.locator(f"#views input[value={name}]").uncheck()
@@ -205,7 +205,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     one, other = visit(), visit()
     upload_sample(one)
     upload_sample(other)
-    jobs = [order(one, "run"), order(other, "jump")]
+    jobs = [order(one, "run", "0.5"), order(other, "jump", "0.5")]
     expect(one.locator(f"#job-{jobs[1]} .badge")).to_have_text(re.compile("waiting"))  # each sees both
     expect(other.locator(f"#job-{jobs[0]} .stage-text")).not_to_have_text("Starting", timeout=120_000)
     server.end(signal.SIGKILL)
@@ -216,7 +216,7 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     for job in jobs:
         for page in (one, other):
             expect(page.locator(f"#job-{job} .badge")).to_have_text("done", timeout=LONG)
-    third = order(other, "dance")
+    third = order(other, "dance", "0.5")
     expect(one.locator(f"#job-{third} .badge")).to_have_text("being made")
     for child in psutil.Process(server.process.pid).children():  # as the system does where the memory is used up
         child.kill()

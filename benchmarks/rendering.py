@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ import numpy as np
 
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.io import atomic_path
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, denoise, follow_cameras
+from a2v.rendering import Renderer, SceneSettings, ViewCamera, follow_cameras
 from a2v.studio.avatar_files import load_avatar
 from a2v.studio.avatars import a_pose
 from a2v.types import RenderSettings, Surface
@@ -58,12 +58,12 @@ def ours(
     truth = renderer.layers(surface.vertices, camera, spp=reference, seed=99).color
     rows = []
     for samples, denoised in OURS:
+        one = Renderer(surface, replace(settings, spp=samples), scene) if denoised else renderer
         best = [np.inf, np.inf]
         for repeat in range(repeats + 1):
             moved = surface.vertices + np.float32([1e-6 * (repeat + 1), 0, 0]) if repeat < repeats else surface.vertices
             wall, cpu = time.perf_counter(), time.process_time()
-            layers = renderer.layers(moved, camera, spp=samples)
-            picture = denoise(layers) if denoised else layers.color
+            picture = one.linear(moved, camera) if denoised else one.layers(moved, camera, spp=samples).color
             if repeat:
                 best = [min(best[0], time.perf_counter() - wall), min(best[1], time.process_time() - cpu)]
         rows.append({"spp": samples, "denoised": bool(denoised), "psnr": psnr(picture, truth), "wall": best[0], "cpu": best[1]})

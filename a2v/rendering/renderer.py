@@ -10,9 +10,12 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.empty import Empty, empty_stage
+from a2v.rendering.region import Box, boxes, region
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
+from a2v.rendering.tracer import Traced, Tracer
 from a2v.rendering.variant import activate
-from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, RenderSettings, Surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,16 +56,29 @@ class Cutout:
         return np.concatenate([to_bytes(linear_to_srgb(straight)), to_bytes(opacity)[..., None]], axis=-1)
 
 
-def denoise(layers: Layers) -> FloatArray:
-    """Open Image Denoise on one frame, guided by albedo and normals; linear RGB (H, W, 3) float32.
+def denoise(layers: Layers, *, fast: bool = False) -> FloatArray:
+    """Open Image Denoise on one frame, guided by albedo and normals; linear RGB (H, W, 3) float32. `fast`: its smaller network.
 
     Pixels that show nothing but the backdrop are exact already and stay as they are.
     """
     import mitsuba_oidn as oidn
 
     color, albedo, normal = (np.ascontiguousarray(part, np.float32) for part in (layers.color, layers.albedo, layers.normal))
-    clean = np.array(oidn.denoise(color, albedo, normal, hdr=True), np.float32)
+    clean = np.array(oidn.denoise(color, albedo, normal, hdr=True, quality=oidn.Quality.Fast if fast else oidn.Quality.High), np.float32)
     return np.where(layers.alpha[..., None] > 0, clean, color)
+
+
+def _denoise_parts(layers: Layers, parts: list[Box]) -> FloatArray:
+    """`layers.color` (H, W, 3) with `parts` denoised, each by itself; where they lap over each other they are blended."""
+    size = len(layers.alpha)
+    summed, weights = np.zeros_like(layers.color), np.zeros((size, size, 1), np.float32)
+    for part in parts:
+        rows, columns = part.window
+        cut = Layers(**{name: getattr(layers, name)[rows, columns] for name in ("color", "albedo", "normal", "alpha")})
+        weight = part.weight(size)[..., None]
+        summed[rows, columns] += weight * denoise(cut, fast=True)
+        weights[rows, columns] += weight
+    return np.where(weights > 0, summed / np.maximum(weights, 1e-12), layers.color)
 
 
 @dataclass
@@ -125,7 +141,10 @@ class Renderer:
         self._color = mi.load_dict({"type": "path", "max_depth": scene.bounces + 1, "rr_depth": 64, "hide_emitters": True})
         # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
-        self._main = self._scene(mi, {"person": mesh_object(mi, self._mesh, surface, bsdf=bsdf), **objects})
+        person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
+        self._main = self._scene(mi, {"person": person, **objects})
+        own = bsdf is None and not extra and self.variant.startswith("llvm")  # what the tracer knows; all else is Mitsuba's
+        self._tracer = Tracer(mi, self._main.scene, person, scene) if own else None
         self._alone: _Shown | None = None
         self._holdout: _Shown | None = None
         self._empty: _Shown | None = None
@@ -151,8 +170,45 @@ class Renderer:
         )
 
     def linear(self, vertices: FloatArray, camera: ViewCamera) -> FloatArray:
-        """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so."""
-        return self._finished(self.layers(vertices, camera))
+        """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so.
+
+        On the stage as it is, only what the person touches is traced and denoised, and laid over the empty stage.
+        """
+        if self._tracer is None:
+            return self._finished(self.layers(vertices, camera))
+        vertices, size = np.asarray(vertices, np.float32), self.settings.size
+        self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
+        empty = empty_stage(self.scene_settings, camera, size)
+        found = region(vertices, self._surface.faces, camera, self.scene_settings, empty)
+        pixels = np.flatnonzero(found.person | (found.weight > 0))
+        if len(pixels) == 0:
+            return empty.color
+        # ground, whose light is smooth, makes do with half; an even number of samples is had from the same points
+        half = -(-self.settings.spp // 2)
+        each = np.where(found.person.ravel()[pixels], 2 * half, half)
+        traced = self._tracer.trace(pixels, each, camera, size, self.settings.seed)
+        layers, person = self._laid(traced, pixels, empty)
+        clean = _denoise_parts(layers, boxes(found)) if self.settings.denoise else layers.color
+        weight = np.where(person > 0, 1, np.where(layers.alpha > 0, found.weight, 0))[..., None]
+        return np.asarray(weight * clean + (1 - weight) * empty.color, np.float32)
+
+    def _laid(self, traced: Traced, pixels: IntArray, empty: Empty) -> tuple[Layers, FloatArray]:
+        """What was traced of some `pixels` over the empty stage, and how much of each pixel (H, W) is the person."""
+        missed = 1 - traced.alpha[:, None]
+        up = np.array((0, 1, 0), np.float32)
+        layers = Layers(
+            color=empty.color.copy(),
+            albedo=empty.albedo.copy(),
+            normal=np.broadcast_to(up, empty.color.shape).copy(),
+            alpha=empty.ground.astype(np.float32),
+        )
+        person = np.zeros_like(layers.alpha)
+        layers.color.reshape(-1, 3)[pixels] = traced.color + missed * self._backdrop
+        layers.albedo.reshape(-1, 3)[pixels] = traced.albedo + missed * self.scene_settings.ground_albedo
+        layers.normal.reshape(-1, 3)[pixels] = traced.normal + missed * up
+        layers.alpha.reshape(-1)[pixels] = traced.alpha
+        person.reshape(-1)[pixels] = traced.person
+        return layers, person
 
     def _finished(self, layers: Layers) -> FloatArray:
         return denoise(layers) if self.settings.denoise else layers.color

@@ -17,6 +17,9 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 
+SUN_DISTANCE = 2000.0
+"""How far away the disk is that stands for the sun, metres."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SceneSettings(Record):
@@ -176,7 +179,7 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
     transform = mi.ScalarTransform4f
     # A disk far away is a directional light with soft shadows. (As a bright patch of an environment map it is noisier:
     # one sample would have to choose between the sun and the sky.)
-    sun, far = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction), 2000.0
+    sun, far = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction), SUN_DISTANCE
     radius = far * float(np.tan(np.radians(scene.sun_angle)))
     sun_radiance = np.array(scene.sun) * (far**2 + radius**2) / radius**2
     fill = np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3)
@@ -217,8 +220,8 @@ def _ground_texture(mi: Any, scene: SceneSettings) -> dict[str, Any]:
     return {"type": "bitmap", "bitmap": mi.Bitmap(grid_texture(scene)), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
 
 
-def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
-    """The ground's sRGB texture (pixels, pixels, 3): faint lines that fade out towards its rim."""
+def grid_factor(scene: SceneSettings, pixels: int = 2048) -> FloatArray:
+    """What is left of the ground's albedo (pixels, pixels): faint lines that fade out towards its rim."""
     at = (np.arange(pixels) + 0.5) / pixels * 2 * scene.ground_radius - scene.ground_radius
     pixel = 2 * scene.ground_radius / pixels
     off = np.abs((at + scene.grid / 2) % scene.grid - scene.grid / 2)  # distance to the nearest line
@@ -226,5 +229,9 @@ def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
     lines = np.maximum(line[:, None], line[None, :])
     radius = np.hypot(at[:, None], at[None, :]) / scene.ground_radius
     fade = np.clip((0.85 - radius) / 0.6, 0, 1) ** 2 * (3 - 2 * np.clip((0.85 - radius) / 0.6, 0, 1))
-    albedo = scene.ground_albedo * (1 - scene.grid_contrast * lines * fade)[..., None]
-    return to_bytes(linear_to_srgb(albedo))
+    return np.asarray(1 - scene.grid_contrast * lines * fade)
+
+
+def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
+    """The ground's sRGB texture (pixels, pixels, 3)."""
+    return to_bytes(linear_to_srgb(scene.ground_albedo * grid_factor(scene, pixels)[..., None]))

@@ -1,0 +1,163 @@
+"""The stage without anybody, in closed form: what a camera sees where nobody stands and no shadow falls."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.rendering.camera import ViewCamera
+from a2v.rendering.scene import SUN_DISTANCE, SceneSettings, grid_factor, spot_matrix
+from a2v.types import BoolArray, FloatArray
+
+_FAR = 100.0
+"""Where the ground of the stage ends, metres from the origin."""
+
+_COARSE = 128
+"""The light on the ground, which is smooth, is worked out at about this many places each way."""
+
+_FINE = (2, 4)
+"""Samples of the ground's lines in a pixel, across and down: far away a pixel is much deeper than wide."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Empty:
+    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), and the ground point (H, W, 2) as x and
+    z in metres under each pixel's centre, with `ground` (H, W) where there is one."""
+
+    color: FloatArray
+    albedo: FloatArray
+    place: FloatArray
+    ground: BoolArray
+
+
+def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
+    """The empty stage in a picture of `size` x `size` pixels.
+
+    A pixel's light is the ground's irradiance there times its albedo averaged over the pixel (the lines are fine); the lamp's own
+    disk shades sun and sky as it does in the traced stage.
+    """
+    ray = rays(camera, size)
+    ground = ray[..., 1] < -1e-6 if camera.origin[1] > 0 else np.zeros(ray.shape[:2], bool)
+    reach = np.where(ground, -camera.origin[1] / np.where(ground, ray[..., 1], -1), 0)
+    place = (np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]).astype(np.float32)
+    ground &= np.abs(place).max(axis=-1) < _FAR
+    behind = srgb_to_linear(np.array(scene.background)).astype(np.float32)
+    albedo = np.where(np.abs(place).max(axis=-1, keepdims=True) < scene.ground_radius, _printed(scene), scene.ground_albedo).astype(
+        np.float32
+    )
+    color = np.broadcast_to(behind, (size, size, 3)).astype(np.float32)
+    if ground.any():
+        top = int(np.flatnonzero(ground.any(axis=1))[0])
+        albedo[top:] *= np.where(ground[top:], _lines(scene, camera, size, top), 1)[..., None]
+        foot = tuple(round(value - camera.target[axis], 9) for axis, value in ((0, camera.origin[0]), (2, camera.origin[2])))
+        relative = ViewCamera(  # as seen from the lamp, which follows the camera's target: the same in every frame that follows
+            origin=(foot[0], camera.origin[1], foot[1]),
+            target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
+        )  # fmt: skip
+        color[ground] = (albedo * _light(scene, relative, size))[ground]
+    return Empty(color=color, albedo=albedo, place=place, ground=ground)
+
+
+def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
+    """Directions (H, W, 3) through the centres of a picture's pixels, or of squares of `step` pixels that cover it; not unit length."""
+    right, up, backward = camera.axes
+    count = -(-size // step)
+    at = ((np.arange(count) + 0.5) * step - size / 2) * np.tan(np.radians(camera.fov) / 2) / (size / 2)
+    direction: FloatArray = at[None, :, None] * right - at[:, None, None] * up - backward
+    return direction
+
+
+def _lines(scene: SceneSettings, camera: ViewCamera, size: int, top: int) -> FloatArray:
+    """What the lines leave of the ground's albedo, (H - top, W), the mean over each pixel."""
+    import cv2
+
+    if scene.grid == 0 or scene.grid_contrast == 0:
+        return np.ones((size - top, size), np.float32)
+    factor = _factor(scene)
+    pixels, (across, down) = len(factor), _FINE
+    right, up, backward = camera.axes
+    unit = np.tan(np.radians(camera.fov) / 2) / (size / 2)
+    # the ray of a sample (i, j) is linear in it, and so is its ground point in homogeneous coordinates
+    ray = np.stack([right * unit / across, -up * unit / down, right * unit * (0.5 / across - size / 2) - up * unit * (top + 0.5 / down - size / 2) - backward], axis=1)  # fmt: skip
+    origin, scale = np.array(camera.origin), pixels / (2 * scene.ground_radius)
+    to_ground = np.stack([origin[0] * ray[1] - origin[1] * ray[0], origin[2] * ray[1] - origin[1] * ray[2], ray[1]])
+    to_texture = np.array([[scale, 0, pixels / 2 - 0.5], [0, scale, pixels / 2 - 0.5], [0, 0, 1]]) @ to_ground
+    shape = (size * across, (size - top) * down)
+    fine = cv2.warpPerspective(
+        factor, to_texture, shape, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT, borderValue=1.0
+    )
+    return np.asarray(cv2.resize(fine, (size, size - top), interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _printed(scene: SceneSettings) -> FloatArray:
+    """The ground's albedo (3,) as its 8-bit texture holds it."""
+    return (
+        srgb_to_linear(to_bytes(linear_to_srgb(scene.ground_albedo)) / 255) if scene.grid and scene.grid_contrast else scene.ground_albedo
+    )
+
+
+@functools.lru_cache(maxsize=2)
+def _factor(scene: SceneSettings) -> FloatArray:
+    return grid_factor(scene).astype(np.float32)
+
+
+@functools.lru_cache(maxsize=16)
+def _light(scene: SceneSettings, camera: ViewCamera, size: int) -> FloatArray:
+    """The ground's irradiance over pi (H, W, 3), the lamp hanging over the origin; remembered, as it stays while a camera follows."""
+    import cv2
+
+    step = max(1, size // _COARSE)
+    ray = rays(camera, size, step)
+    reach = -camera.origin[1] / np.minimum(ray[..., 1], -1e-3)
+    place = np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]
+    inside = np.asarray(place.clip(-_FAR, _FAR).reshape(-1, 2), np.float64)
+    coarse = ground_light(scene, inside).reshape(*place.shape[:2], 3).astype(np.float32)
+    whole = cv2.resize(coarse, (coarse.shape[1] * step, coarse.shape[0] * step), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(whole[:size, :size], np.float32)
+
+
+def ground_light(scene: SceneSettings, place: FloatArray) -> FloatArray:
+    """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp hanging over the origin."""
+    point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
+    lamp = spot_matrix((0.0, 0.0, 0.0), scene)
+    normal, area = lamp[:3, 2] / np.linalg.norm(lamp[:3, 2]), np.pi * scene.spot_radius**2
+    facing, hidden = np.zeros(len(point)), np.zeros(len(point))
+    for q in _disk(12):
+        way = lamp[:3, :2] @ q + lamp[:3, 3] - point
+        square = (way**2).sum(axis=-1)
+        factor = way[:, 1] * -(way @ normal) / square**2 * (area / np.pi / 12)
+        facing += np.maximum(factor, 0)
+        hidden += np.abs(factor)
+    reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
+    spot = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
+    fill = np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3)
+    sun = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)
+    free = _sun_seen(scene, point, sun, lamp, normal)
+    way = SUN_DISTANCE * sun - point  # the sun of the stage is near enough for its light to fade a little over the ground
+    square = (way**2).sum(axis=-1)
+    free *= SUN_DISTANCE**2 * way[:, 1] * (way @ sun) / square**2
+    return np.asarray(free[:, None] * np.array(scene.sun) + facing[:, None] * spot + (1 - hidden)[:, None] * fill)
+
+
+def _sun_seen(scene: SceneSettings, point: FloatArray, sun: FloatArray, lamp: FloatArray, normal: FloatArray) -> FloatArray:
+    """The part (N,) of the sun's disk that the lamp's disk does not hide from points (N, 3)."""
+    across = np.cross(sun, (0.0, 1.0, 0.0) if abs(sun[1]) < 0.9 else (1.0, 0.0, 0.0))
+    across /= np.linalg.norm(across)
+    axes = np.stack([across, np.cross(sun, across)]) * np.tan(np.radians(scene.sun_angle))
+    hidden, points = np.zeros(len(point)), _disk(64)
+    for q in points:
+        way = sun + q @ axes
+        along = ((lamp[:3, 3] - point) @ normal) / (way @ normal)
+        off = point + along[:, None] * way - lamp[:3, 3]
+        hidden += ((off**2).sum(axis=-1) < scene.spot_radius**2) & (along > 0)
+    return 1 - hidden / len(points)
+
+
+def _disk(count: int) -> FloatArray:
+    """Points (N, 2) evenly over the unit disk (a sunflower's)."""
+    at = np.arange(count) + 0.5
+    radius, angle = np.sqrt(at / count), at * np.pi * (3 - np.sqrt(5))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)

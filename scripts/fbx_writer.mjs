@@ -1,0 +1,82 @@
+// A GLB of ours as binary FBX in centimetres: three.js reads it, @comfyorg/fbx-exporter-three writes it.
+// scripts/bundle_fbx_writer.sh makes a2v/formats/fbx_writer.mjs of this and its packages.  node fbx_writer.mjs in.glb out.fbx FPS
+import { readFileSync, writeFileSync } from "node:fs";
+import { Matrix4, Scene, Texture, Vector3 } from "three";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { FBXExporter } from "@comfyorg/fbx-exporter-three";
+
+const CENTIMETRES = 100;
+globalThis.self ??= globalThis; // GLTFLoader looks for URL there
+
+// The GLB without its pictures, which only a browser could decode, and the bytes of the base colour's.
+function withoutImages(data) {
+  const size = data.readUInt32LE(12);
+  const json = JSON.parse(data.subarray(20, 20 + size));
+  const binary = data.subarray(20 + size + 8);
+  let picture = null;
+  if (json.images?.length) {
+    const view = json.bufferViews[json.images[0].bufferView];
+    const start = view.byteOffset ?? 0;
+    picture = { bytes: binary.subarray(start, start + view.byteLength), extension: json.images[0].mimeType === "image/png" ? "png" : "jpg" };
+  }
+  for (const material of json.materials ?? []) delete material.pbrMetallicRoughness?.baseColorTexture;
+  delete json.images;
+  delete json.textures;
+  return { glb: glbOf(json, binary.subarray(0, json.buffers[0].byteLength)), picture };
+}
+
+function glbOf(json, binary) {
+  const text = Buffer.from(JSON.stringify(json));
+  const [first, second] = [text, binary].map((part) => Math.ceil(part.length / 4) * 4);
+  const glb = Buffer.alloc(28 + first + second, " ");
+  [0x46546c67, 2, glb.length, first, 0x4e4f534a].forEach((word, i) => glb.writeUInt32LE(word, 4 * i));
+  text.copy(glb, 20);
+  [second, 0x004e4942].forEach((word, i) => glb.writeUInt32LE(word, 20 + first + 4 * i));
+  binary.copy(glb, 28 + first);
+  return glb.buffer.slice(glb.byteOffset, glb.byteOffset + glb.length);
+}
+
+function inCentimetres(scene, animations) {
+  const done = new Set();
+  scene.traverse((object) => {
+    object.position.multiplyScalar(CENTIMETRES);
+    if (!object.isMesh || done.has(object.geometry)) return;
+    const { attributes, morphAttributes } = object.geometry;
+    done.add(object.geometry);
+    for (const attribute of [attributes.position, ...(morphAttributes.position ?? [])]) attribute.array.forEach((value, i, all) => (all[i] = value * CENTIMETRES));
+    if (attributes.uv) for (let i = 0; i < attributes.uv.count; i++) attributes.uv.setY(i, 1 - attributes.uv.getY(i)); // FBX counts from below
+    for (const inverse of object.skeleton?.boneInverses ?? []) inverse.setPosition(new Vector3().setFromMatrixPosition(inverse).multiplyScalar(CENTIMETRES));
+    if (object.isSkinnedMesh) object.bind(object.skeleton, new Matrix4());
+  });
+  for (const clip of animations)
+    for (const track of clip.tracks) if (track.name.endsWith(".position")) track.values.forEach((value, i, all) => (all[i] = value * CENTIMETRES));
+}
+
+// Of the two ways to say a rotation in three angles the one nearer to the frame before: no leaps between keys.
+function steady(curves) {
+  const values = curves.map((curve) => curve.values);
+  const near = (angle, last) => angle + 360 * Math.round((last - angle) / 360);
+  for (let t = 1; t < values[0].length; t++) {
+    const last = values.map((axis) => axis[t - 1]);
+    const [x, y, z] = values.map((axis) => axis[t]);
+    const ways = [[x, y, z], [x + 180, 180 - y, z + 180]].map((way) => way.map((angle, k) => near(angle, last[k])));
+    const far = ways.map((way) => way.reduce((sum, angle, k) => sum + Math.abs(angle - last[k]), 0));
+    ways[far[1] < far[0] ? 1 : 0].forEach((angle, k) => (values[k][t] = angle));
+  }
+}
+
+const [source, target, fps] = process.argv.slice(2);
+const { glb, picture } = withoutImages(readFileSync(source));
+const gltf = await new GLTFLoader().parseAsync(glb, "");
+const scene = new Scene();
+scene.add(...gltf.scene.children);
+inCentimetres(scene, gltf.animations);
+scene.updateMatrixWorld(true);
+if (picture) scene.traverse((object) => object.isMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
+const exporter = new FBXExporter().register((plan) => {
+  for (const [, entry] of plan.textures.textures) Object.assign(entry, { imageBytes: picture.bytes, extension: picture.extension, fileName: `texture.${picture.extension}` });
+  for (const stack of plan.animStacks) for (const node of stack.curveNodes) if (node.attrName === "R") steady(node.curves);
+  scene.traverse((object) => (object.name = object.userData.name ?? object.name)); // three.js allows no colons in names
+});
+console.warn = () => {}; // that parseSync leaves pictures to the plug-in above
+writeFileSync(target, exporter.parseSync(scene, { axisUp: "Y", axisForward: "-Z", unitScale: 1, fps: Number(fps), animations: gltf.animations, creator: "a2v" }));

@@ -1,0 +1,77 @@
+"""Run by a Python that has ufbx: writes what it reads in an FBX as JSON. A process of its own: the binding's objects may be freed in the wrong order.
+
+python look_in_fbx.py file.fbx out.json FPS
+"""
+
+import gc
+import itertools
+import json
+import os
+import sys
+
+import ufbx
+
+gc.disable()
+scene = ufbx.load_file(sys.argv[1])
+fps = float(sys.argv[3])
+keep = []
+
+
+def held(thing):
+    """The object, kept until the end."""
+    keep.append(thing)
+    return thing
+
+
+def vector(value):
+    """Three numbers."""
+    return [value.x, value.y, value.z]
+
+
+def transform(matrix):
+    """World from bone as its four columns."""
+    return [vector(held(column)) for column in (matrix.c0, matrix.c1, matrix.c2, matrix.c3)]
+
+
+def clip(stack):
+    """Length, and the bones' transforms at every frame and half-way to the next."""
+    count = round((stack.time_end - stack.time_begin) * fps) * 2 + 1
+    frames = []
+    for step in range(count):
+        posed = held(scene.evaluate(held(stack.anim), step / 2 / fps))
+        frames.append([transform(held(held(posed.find_node(name)).node_to_world)) for name in bones])
+    return {"seconds": stack.time_end - stack.time_begin, "frames": frames}
+
+
+axes = held(scene.settings.axes)
+nodes = [held(node) for node in held(scene.nodes)]
+bones = [node.name for node in nodes if node.bone is not None]
+mesh = held(held(scene.meshes)[0])
+skin = held(held(mesh.skin_deformers)[0])
+uv = held(mesh.vertex_uv)
+told = {
+    "unit": scene.settings.unit_meters,
+    "fps": scene.settings.frames_per_second,
+    "axes": [axes.right.name, axes.up.name, axes.front.name],
+    "parents": {node.name: held(node.parent).name for node in nodes if node.bone is not None},
+    "rest": {node.name: transform(held(node.node_to_world)) for node in nodes if node.bone is not None},
+    "triangles": mesh.num_triangles,
+    "vertices": [vector(point) for point in held(mesh.vertices)],
+    "corners": list(held(mesh.vertex_indices)),
+    "uv": [[value.x, value.y] for value in held(uv.values)],
+    "uv_corners": list(held(uv.indices)),
+    "skin": {
+        held(cluster.bone_node).name: [list(held(cluster.vertices)), list(held(cluster.weights))]
+        for cluster in map(held, held(skin.clusters))
+    },
+    "texture": bytes(held(held(scene.videos)[0]).content).hex(),
+    "leap": max(
+        (abs(b - a) for curve in map(held, held(scene.anim_curves)) for values in [[held(key).value for key in held(curve.keyframes)]]
+         for a, b in itertools.pairwise(values)), default=0.0,
+    ),
+    "clips": {stack.name: clip(stack) for stack in map(held, held(scene.anim_stacks))},
+    "bones": bones,
+}  # fmt: skip
+with open(sys.argv[2], "w") as stream:
+    json.dump(told, stream)
+os._exit(0)

@@ -1,0 +1,138 @@
+"""FBX as another reader sees it: ufbx, which engines and Blender read FBX with."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
+
+from a2v import Character, InputError, MissingDependencyError
+from a2v.animation import prepare_rig, retarget
+from a2v.errors import A2VError
+from a2v.formats import fbx, read_motion
+from a2v.formats.fbx import find_node, write_fbx
+
+FPS = 10.0
+Person = tuple[Character, dict[str, tuple[np.ndarray, float]]]
+
+
+@pytest.fixture(scope="module")
+def person(character: Character, data_dir: Path) -> Person:
+    """Textured, on Mixamo's rig, with two clips."""
+    surface = character.surface
+    uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
+    texture = np.random.default_rng(0).integers(0, 255, (32, 32, 3), dtype=np.uint8)
+    textured = dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv, texture=texture))
+    moves = {
+        name: (retarget(read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=FPS), character.body), FPS)
+        for name in ("cartwheel", "walk")
+    }
+    return prepare_rig(textured, moves, rig="mixamo")
+
+
+@pytest.fixture(scope="module")
+def path(person: Person, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if find_node() is None:
+        pytest.skip("no Node here: pip install 'a2v[fbx]'")
+    target = tmp_path_factory.mktemp("fbx") / "person.fbx"
+    write_fbx(target, *person)
+    return target
+
+
+@pytest.fixture(scope="module")
+def seen(path: Path) -> dict[str, Any]:
+    """What ufbx reads."""
+    pytest.importorskip("ufbx")
+    out = path.with_suffix(".json")
+    script = Path(__file__).with_name("look_in_fbx.py")
+    done = subprocess.run([sys.executable, str(script), str(path), str(out), str(FPS)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    told: dict[str, Any] = json.loads(out.read_text())
+    return told
+
+
+def transforms(columns: Any) -> np.ndarray:
+    """World from bone (..., 4, 4), metres, of columns (..., 4, 3) in centimetres."""
+    given = np.asarray(columns, float)
+    found = np.broadcast_to(np.eye(4), (*given.shape[:-2], 4, 4)).copy()
+    found[..., :3, :] = np.swapaxes(given, -1, -2)
+    found[..., :3, 3] /= 100
+    return found
+
+
+def test_units_axes_and_bones(seen: dict[str, Any], person: Person) -> None:
+    body = person[0].body
+    assert seen["unit"] == pytest.approx(0.01)
+    assert seen["axes"] == ["POSITIVE_X", "POSITIVE_Y", "POSITIVE_Z"]
+    assert set(seen["bones"]) == set(body.bone_names)
+    for bone, name in enumerate(body.bone_names):
+        parent = int(body.bone_parents[bone])
+        assert seen["parents"][name] == (body.bone_names[parent] if parent >= 0 else "")
+        np.testing.assert_allclose(transforms(seen["rest"][name]), body.bone_transforms[bone], atol=1e-5)
+
+
+def test_skin_and_texture(seen: dict[str, Any], person: Person) -> None:
+    character = person[0]
+    surface = character.surface
+    places = np.array(seen["vertices"]) / 100
+    far, source = cKDTree(surface.vertices).query(places)
+    assert far.max() < 1e-5
+    assert seen["triangles"] == len(surface.faces)
+    weights = np.zeros((len(places), len(character.body.bone_names)))
+    for name, (vertices, values) in seen["skin"].items():
+        weights[vertices, character.body.bone_names.index(name)] = values
+    expected = np.zeros((len(surface.vertices), weights.shape[1]))
+    np.add.at(expected, (np.arange(len(expected))[:, None], character.bones), character.weights)
+    np.testing.assert_allclose(weights, expected[source], atol=2e-3)
+    assert surface.uv is not None
+    corners = np.array(seen["uv"])[seen["uv_corners"]].reshape(-1, 3, 2)  # v counts from below, as ours
+    np.testing.assert_allclose(corners, surface.uv, atol=1e-4)
+    picture = np.asarray(Image.open(io.BytesIO(bytes.fromhex(seen["texture"]))))
+    assert picture.shape == (32, 32, 3)
+
+
+def test_clips_move_as_ours(seen: dict[str, Any], person: Person) -> None:
+    character, clips = person
+    assert seen["fps"] == pytest.approx(FPS)
+    assert set(seen["clips"]) == set(clips)
+    order = [seen["bones"].index(name) for name in character.body.bone_names]
+    for name, (moves, _) in clips.items():
+        assert seen["clips"][name]["seconds"] == pytest.approx((len(moves) - 1) / FPS, abs=1e-4)
+        found = transforms(seen["clips"][name]["frames"])[:, order]
+        np.testing.assert_allclose(found[::2], moves, atol=1e-4)
+        heads = found[..., :3, 3]
+        halves = np.linalg.norm(heads[1::2] - (heads[:-1:2] + heads[2::2]) / 2, axis=-1)
+        steps = np.linalg.norm(np.diff(heads[::2], axis=0), axis=-1).max()
+        assert halves.max() < steps  # no bone leaps between keys
+    assert seen["leap"] < 185  # degrees, or centimetres
+
+
+def test_what_is_missing_or_wrong_is_told(character: Character, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    still = character.body.bone_transforms[None]
+    with pytest.raises(InputError, match="clip 'a'"):
+        write_fbx(tmp_path / "a.fbx", character, {"a": (still[:, :3], 10.0)}) if find_node() else pytest.skip("no Node here")
+    monkeypatch.setenv("A2V_NODE", str(tmp_path / "nothing"))
+    with pytest.raises(A2VError, match="expected Node 18"):
+        write_fbx(tmp_path / "a.fbx", character)
+    monkeypatch.setattr(fbx, "find_node", lambda: None)
+    with pytest.raises(MissingDependencyError, match=r"a2v\[fbx\]"):
+        write_fbx(tmp_path / "a.fbx", character)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_shipped_script_is_that_of_the_source() -> None:
+    """The bundle is made of scripts/fbx_writer.mjs: its longer words are in it."""
+    root = Path(__file__).resolve().parents[2]
+    bundled = fbx.WRITER.read_text(encoding="utf-8")
+    for word in ("boneInverses", "texture.", 'axisForward:"-Z"', "@comfyorg/fbx-exporter-three", "The MIT License"):
+        assert word in bundled
+    assert 'axisForward: "-Z"' in (root / "scripts" / "fbx_writer.mjs").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@
     python sample.py motion_cmu.onnx                                  # what the file knows
     python sample.py motion_cmu.onnx --action Walk --out walk.bvh     # one clip, opens in Blender
     python sample.py motion_cmu.onnx --action Jump --count 8 --seed 3 --frames 90 --out jumps.npz
-    python sample.py motion_cmu.onnx --action Walk,Jump,Walk --frames 180 --out three.bvh
+    python sample.py motion_cmu.onnx --action "walk, then jump, then walk" --frames 180 --out three.bvh       # by names; a2v motion knows other words too
 
 Copy this file next to the model: it imports nothing of the project.
 """
@@ -16,6 +16,7 @@ import difflib
 import itertools
 import json
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -65,7 +66,7 @@ class Model:
 
     def sample(self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0) -> dict[str, np.ndarray]:
         """Generate clips: joints (N, T, J, 3) in metres, y up, rotations (N, T, J, 3) and root (N, T, 3)."""
-        names = [name.strip() for name in action.split(",")]
+        names = [name for name in re.split(r"\s*(?:,|;|\bthen\b)\s*", action.strip()) if name]
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
         lengths = np.tile(np.asarray(self.metadata["bone_lengths"], np.float32) * np.float32(bone_scale), (count, 1))
         generator = np.random.default_rng(seed)

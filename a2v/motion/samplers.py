@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.kinematics import Skeleton, inverse_kinematics
-from a2v.kinematics.ground import face_forward
+from a2v.kinematics import Skeleton, bone_vectors, inverse_kinematics
+from a2v.kinematics.ground import face_forward, heading
 from a2v.motion.card import STATE_NAMES, StepCard, WindowCard
 from a2v.motion.steer import CodeReader, Steering
 from a2v.sessions import open_session, run_rows
@@ -18,6 +18,9 @@ from a2v.types import FloatArray, IntArray
 
 Noise = Callable[[tuple[int, ...], int], FloatArray]
 """Gives standard normal numbers (float32) of a shape, for what begins with a frame of the clips."""
+
+CHANGE_SECONDS = 0.5
+"""Over which one action fades into another."""
 
 RESULTS = ("joints", "rotations")
 """Outputs of every graph: metres, and rotation vectors, (N, T, J, 3) each."""
@@ -164,28 +167,37 @@ class WindowSampler:
         )
 
     def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-        """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each; a change of action starts a new one."""
+        """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each.
+
+        A window goes on from the last frames of the one before. Where the action changes, what is given would speak for the first action:
+        the second one begins anew, and the first fades into it (`crossfade`).
+        """
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
         joints: FloatArray = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
         rotations: FloatArray = joints
         if start is not None:
             joints, rotations = _join(start, joints, rotations, self.card.skeleton)
-        given = self.card.context_frames
+        given, fade = self.card.context_frames, max(2, round(CHANGE_SECONDS * self.card.fps))
+        ahead = joints
         for end in [*changes, frames]:
             label = labels[:, end - 1]
             share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
             usable = max(round(float(share.min()) * self.card.window_frames), given + 4)
             while joints.shape[1] < end:
-                context = None
-                if joints.shape[1]:
+                context, changing = None, joints.shape[1] in changes and ahead.shape[1] > 0
+                if joints.shape[1] and not changing:
                     context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
                 drawn = noise((count, self.card.latent_size), joints.shape[1])
                 new, rotated = self.run(label, active=share, noise=drawn, lengths=lengths, context=context)
                 if context is not None:
                     new = (new + context[:, :1, :1])[:, given:]
                     rotated = rotated[:, given:]
+                if changing:
+                    new = crossfade(joints, ahead, new, self.card.skeleton)
+                    rotated = inverse_kinematics(new, self.card.skeleton).astype(np.float32)
                 take = min(usable - (given if context is not None else 0), end - joints.shape[1])
+                ahead = new[:, np.minimum(np.arange(take, take + fade), new.shape[1] - 1)]
                 joints = np.concatenate([joints, new[:, :take]], axis=1)
                 rotations = np.concatenate([rotations, rotated[:, :take]], axis=1)
         return joints, rotations
@@ -208,6 +220,32 @@ class WindowSampler:
         away = np.array([generator.choice(self.card.headings[int(label)]) for label in labels])
         turned: FloatArray = face_forward(joints, np.stack([np.cos(away), -np.sin(away)], axis=-1)).astype(np.float32)
         return turned
+
+
+def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton) -> FloatArray:
+    """Clips `after` (N, T, J, 3) float32 that go on from `before` (N, S, J, 3): there, that way round, and from its poses into their own.
+
+    Directions of bones and steps of the root are mixed while the clips before would go on as `ahead` (N, F, J, 3); bones keep the
+    lengths of `after`, and the lowest joint of both is at the same height.
+    """
+    fade, last = ahead.shape[1], before[:, -1].astype(np.float64)
+    yaw = heading(last, skeleton) - heading(after[:, 0].astype(np.float64), skeleton)
+    new = face_forward(after.astype(np.float64), np.stack([np.cos(yaw), -np.sin(yaw)], axis=-1))
+    weight = (np.arange(1, fade + 1) / (fade + 1))[:, None]
+    weight = weight * weight * (3 - 2 * weight)
+    old_steps = np.diff(np.concatenate([last[:, None, 0], ahead[:, :, 0]], axis=1), axis=1)
+    steps = np.diff(new[:, :, 0], axis=1, prepend=2 * new[:, :1, 0] - new[:, 1:2, 0])
+    steps[:, :fade] = (1 - weight) * old_steps + weight * steps[:, :fade]
+    root = last[:, None, 0] + np.cumsum(steps, axis=1)
+    floor = before[:, -new.shape[1] :, :, 1].min(axis=(1, 2)) - new[..., 1].min(axis=(1, 2))
+    root[..., 1] = new[:, :, 0, 1] + floor[:, None]
+    root[:, :fade, 1] = (1 - weight[:, 0]) * ahead[:, :, 0, 1] + weight[:, 0] * root[:, :fade, 1]
+    vectors, old = bone_vectors(new, skeleton), bone_vectors(ahead.astype(np.float64), skeleton)
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    mixed = (1 - weight[..., None]) * old + weight[..., None] * vectors[:, :fade]
+    vectors[:, :fade] = mixed * lengths[:, :fade] / np.maximum(np.linalg.norm(mixed, axis=-1, keepdims=True), 1e-9)
+    joints = np.einsum("jb,ntbx->ntjx", skeleton.path_matrix, vectors) + root[:, :, None]
+    return np.asarray(joints, np.float32)
 
 
 def normal_noise(generator: np.random.Generator) -> Noise:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
+from a2v.kinematics.ground import heading
 from a2v.motion import MotionModel
 from a2v.motion.prompts import Step, Vocabulary
 from a2v.motion.timeline import perform, read_timeline, step_frames
@@ -47,6 +48,19 @@ def test_another_rate_and_tempo_take_as_long_as_they_say(model: MotionModel) -> 
     assert (fine.fps, quick.fps) == (30, 30)
     np.testing.assert_allclose(fine.joints[:50:5], plain.joints[:20:2], atol=1e-4)
     assert abs(np.diff(quick.root, axis=0)).mean() > 1.2 * abs(np.diff(fine.root, axis=0)).mean()
+
+
+def test_a_change_of_action_is_even_and_keeps_bones_and_floor(model: MotionModel) -> None:
+    motion = perform(model, [Step(action="Walk", seconds=3.0), Step(action="Dance", seconds=3.0)], count=8, seed=1)
+    speed = np.linalg.norm(np.diff(motion.joints, axis=1), axis=-1).max(-1)
+    assert speed[:, 33:45].max() <= 1.2 * speed.max()
+    assert speed[:, 35].mean() < 1.5 * speed.mean()  # no leap where the second begins
+    lengths = np.linalg.norm(motion.joints - motion.joints[:, :, np.maximum(motion.parents, 0)], axis=-1)
+    assert np.ptp(lengths, axis=1).max() < 1e-3
+    lowest = motion.joints[..., 1].min(-1)
+    assert np.abs(lowest[:, :36].min(1) - lowest[:, 36:].min(1)).max() < 0.15
+    facing = np.unwrap(heading(motion.joints, model.skeleton))
+    assert np.abs(facing[:, 36] - facing[:, 35]).max() < np.radians(30)
 
 
 def test_a_step_has_its_own_seed(model: MotionModel) -> None:

@@ -33,7 +33,7 @@ def transitions(name: str, data: Path, clips: int) -> tuple[float, float]:
         for other in range(len(model.actions)):
             labels = np.repeat([one, other], [first, window])
             if one != other:
-                made, _ = model.generate(np.tile(labels, (clips, 1)), np.tile(model.bone_lengths, (clips, 1)), generator)
+                made, _ = model.generate(np.tile(labels, (clips, 1)), np.tile(model.bone_lengths, (clips, 1)), generator, anew=True)
                 changed += (evaluator(_like_data(model, made[:, first:], other, generator))[1] == other).tolist()
         made, _ = model.generate(np.full((4 * clips, window), one), np.tile(model.bone_lengths, (4 * clips, 1)), generator)
         alone += (evaluator(_like_data(model, made, one, generator))[1] == one).tolist()

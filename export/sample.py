@@ -66,7 +66,7 @@ class Model:
 
     def sample(self, action: str, frames: int = 60, count: int = 1, seed: int = 0, bone_scale: float = 1.0) -> dict[str, np.ndarray]:
         """Generate clips: joints (N, T, J, 3) in metres, y up, rotations (N, T, J, 3) and root (N, T, 3)."""
-        names = [name for name in re.split(r"\s*(?:,|;|\bthen\b)\s*", action.strip()) if name]
+        names = names_of(action)
         labels = np.repeat([self.label(name) for name in names], -(-frames // len(names)))[:frames]
         lengths = np.tile(np.asarray(self.metadata["bone_lengths"], np.float32) * np.float32(bone_scale), (count, 1))
         generator = np.random.default_rng(seed)
@@ -131,6 +131,11 @@ class Model:
                 joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
                 rotations = np.concatenate([rotations, rotated[:, take]], axis=1)
         return joints, rotations
+
+
+def names_of(text: str) -> list[str]:
+    """Names of actions in turn, with commas or "then" between them."""
+    return [name for name in re.split(r"\s*(?:,|;|\bthen\b)\s*", text.strip()) if name]
 
 
 def level_floor(joints: np.ndarray, window: int) -> np.ndarray:
@@ -216,7 +221,9 @@ def bvh(joints: np.ndarray, rotations: np.ndarray, meta: dict) -> str:
 
     def emit_joint(joint: int, depth: int) -> None:
         own = children[joint]
-        rotmat = np.swapaxes(world_rotmat[joint], -1, -2) @ world_rotmat[own[0]] if len(own) == 1 else np.eye(3)[None].repeat(len(joints), 0)
+        rotmat = (
+            np.swapaxes(world_rotmat[joint], -1, -2) @ world_rotmat[own[0]] if len(own) == 1 else np.eye(3)[None].repeat(len(joints), 0)
+        )
         emit(names[joint], offsets[joint] if joint else np.zeros(3), rotmat, depth, own, joint)
 
     emit_joint(0, 0)
@@ -279,7 +286,7 @@ def main(arguments: list[str] | None = None) -> int:
         stream = io.BytesIO()
         arrays = {name: array if options.count > 1 else array[0] for name, array in clips.items()}
         skeleton = meta["skeleton"]
-        labels = ",".join(meta["actions"][model.label(name)] for name in options.action.split(","))
+        labels = ",".join(meta["actions"][model.label(name)] for name in names_of(options.action))
         np.savez(
             stream,
             **arrays,

@@ -119,7 +119,13 @@ class MotionModel:
         raise InputError(f"unknown action '{action}' for model '{self.path.stem}'; {hint}")
 
     def generate(
-        self, labels: IntArray, lengths: FloatArray, generator: np.random.Generator | Noise, start: FloatArray | None = None
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        generator: np.random.Generator | Noise,
+        start: FloatArray | None = None,
+        *,
+        anew: bool = False,
     ) -> tuple[FloatArray, FloatArray]:
         """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
 
@@ -134,6 +140,10 @@ class MotionModel:
             a window for a window model), so that applications can choose it.
         start : (N, P, J, 3) float or None
             First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.
+
+        anew : bool
+            Where the action changes, whole windows begin without what was before, which fades into them: the second action is told
+            more clearly. `export/sample.py` knows only what goes on.
 
         Returns
         -------
@@ -150,7 +160,7 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(labels, lengths, noise, start)
+        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew)
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations

@@ -52,8 +52,10 @@ class StepSampler:
         joints, rotations = run_rows(open_session(self.path), RESULTS, feed)
         return joints, rotations
 
-    def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-        """See `MotionModel.generate`; `noise` is asked once."""
+    def generate(
+        self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None, *, anew: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        """See `MotionModel.generate`; `noise` is asked once, and `anew` says nothing: states go on."""
         drawn = noise((*labels.shape, self.card.latent_size), 0)
         return (
             self.run(labels, noise=drawn, lengths=lengths)
@@ -166,11 +168,13 @@ class WindowSampler:
             frames=card.window_frames,
         )
 
-    def generate(self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    def generate(
+        self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None, *, anew: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
         """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each.
 
-        A window goes on from the last frames of the one before. Where the action changes, what is given would speak for the first action:
-        the second one begins anew, and the first fades into it (`crossfade`).
+        A window goes on from the last frames of the one before, which speak for the action that they are of: where it changes, the second
+        one can begin `anew`, and the first fades into it (`crossfade`).
         """
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
@@ -185,7 +189,7 @@ class WindowSampler:
             share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
             usable = max(round(float(share.min()) * self.card.window_frames), given + 4)
             while joints.shape[1] < end:
-                context, changing = None, joints.shape[1] in changes and ahead.shape[1] > 0
+                context, changing = None, anew and joints.shape[1] in changes and ahead.shape[1] > 0
                 if joints.shape[1] and not changing:
                     context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
                 drawn = noise((count, self.card.latent_size), joints.shape[1])

@@ -127,7 +127,7 @@ def perform(
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
     body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
     noise = _noise_of(steps, starts, seed)
-    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise)
+    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True)
     motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))

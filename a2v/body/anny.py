@@ -217,6 +217,13 @@ class AnnyModel(BodyModel):
         _, of_vertices, of_bones = self._landmark_table
         return of_vertices.to(vertices) @ vertices + of_bones.to(joints) @ joints
 
+    def landmarks_at(self, rotmats: Tensor, rest: Tensor, heads: Tensor) -> Tensor:
+        """Landmarks (N, 33, 3) of many poses, rotations (N, B, 3, 3), of one shape: its `rest` at the `landmark_vertices`."""
+        transforms = self.pose_bones(rotmats, heads)
+        weights = self._weights[self.landmark_vertices].to(rest)
+        vertices = blend_skin(rest, weights, transforms=transforms, rest_heads=heads)
+        return self.landmarks_of(vertices, transforms[..., :3, 3])
+
     def landmarks(self, state: BodyState) -> Tensor:
         """The 33 BlazePose landmarks (..., 33, 3) of a state with all vertices, metres."""
         return self.landmarks_of(state.vertices[..., self.landmark_vertices, :], state.joints)

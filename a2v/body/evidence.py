@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,8 @@ class Evidence:
     standing : tuple of bool
         Whether they also look upright, as a leg that carries weight.
     mask : MaskField or None
+    trust : float
+        Factor on what the detector says, from 0 to 1.
     """
 
     pixels: FloatArray
@@ -77,6 +80,7 @@ class Evidence:
     straight: tuple[bool, bool]
     standing: tuple[bool, bool]
     mask: MaskField | None
+    trust: float = 1.0
 
     @property
     def has_depth(self) -> bool:
@@ -86,7 +90,7 @@ class Evidence:
     @property
     def weights(self) -> FloatArray:
         """How much each landmark counts (33,): its confidence, and how well it is defined on a body."""
-        weights: FloatArray = self.confidence * [_TRUST[name] for name in BLAZEPOSE]
+        weights: FloatArray = self.trust * self.confidence * [_TRUST[name] for name in BLAZEPOSE]
         return weights
 
     @property
@@ -98,6 +102,13 @@ class Evidence:
         left, top, right, bottom = self.mask.known
         inside: BoolArray = (u > left) & (u < right) & (v > top) & (v < bottom)
         return inside
+
+    def doubted(self, height: float) -> Evidence:
+        """The same with little trust in the detector, for a person of another standing `height`, pixels: its landmarks do not fit the mask."""
+        nothing = np.zeros_like(self.depth_confidence)
+        return dataclasses.replace(
+            self, trust=0.03, height=height, depth_confidence=nothing, points=None, straight=(False, False), standing=(False, False)
+        )
 
     @classmethod
     def build(cls, *, pixels: FloatArray, confidence: FloatArray, points: FloatArray, mask: MaskField | None) -> Evidence:

@@ -11,20 +11,21 @@ import numpy as np
 
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
+from a2v.body.confidence import landmarks_look_wrong, limb_errors, looks_wrong
 from a2v.body.evidence import Evidence, gather_evidence
 from a2v.body.objective import Objective
 from a2v.body.pose_space import PoseSpace
 from a2v.body.registry import load_body_model
+from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
-from a2v.body.start import candidates
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
-from a2v.types import Body, OrthographicCamera, Progress, Subject, Surface
+from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,8 @@ class FitResult:
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident keypoints),
         ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres), ``loss`` (by term),
-        ``rounds`` (done); with a surface also ``surface_mean`` (metres, from the surface to the body); with a model of one's own
-        ``carried_over`` (metres, mean distance from its skin to the fitted one).
+        ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`: expected error in depth, metres); with a surface also
+        ``surface_mean`` (metres, from the surface to the body); with a model of one's own ``carried_over`` (metres, mean distance from its skin to the fitted one).
     """
 
     body: Body
@@ -86,14 +87,15 @@ def fit_body(
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
     fit = _Fit(model, gather_evidence(subject, settings), settings, progress or _silent)
-    unknowns = fit.first_guess() if initial is None else _unknowns_of(initial)
     if surface is None:
-        return _carried(fit.to_photo(unknowns), wanted)
+        return _carried(fit.to_photo() if initial is None else fit.refined(_unknowns_of(initial)), wanted)
     assert camera is not None
     if initial is None:
-        photo = dataclasses.replace(fit, progress=_silent).to_photo(unknowns)
-        unknowns = _unknowns_of(photo)
-        _move_to_camera(unknowns, old=photo.camera, new=camera)
+        initial = dataclasses.replace(fit, progress=_silent).to_photo()
+        unknowns = _unknowns_of(initial)
+        _move_to_camera(unknowns, old=initial.camera, new=camera)
+    else:
+        unknowns = _unknowns_of(initial)
     return _carried(fit.to_surface(unknowns, surface, camera), wanted)
 
 
@@ -123,25 +125,33 @@ class _Fit:
         """Steps of the progress."""
         return self.settings.rounds + 3
 
-    def first_guess(self) -> Unknowns:
-        """Camera and orientation, from several starts; the best after a short fit of the joints."""
-        best: tuple[float, Unknowns] | None = None
+    def to_photo(self) -> FitResult:
+        """The fit to keypoints and silhouette; where it looks wrong, the best of more starts."""
         objective = Objective(self.model, self.evidence, self.settings)
-        for unknowns in candidates(self.evidence, self.model):
-            if self.evidence.has_depth:
-                objective.minimize(unknowns, 15, stage="depth")
-            objective.minimize(unknowns, 20, stage="camera")
-            loss = objective.minimize(unknowns, 30, stage="joints")
-            if best is None or loss < best[0]:
-                best = (loss, unknowns)
-        self.progress(1, self.total)
-        assert best is not None
-        objective.minimize(best[1], 60, stage="joints")
+        guess = first_guess(objective, self.model, self.evidence)
         self.progress(2, self.total)
-        return best[1]
+        best = self.refined(guess.unknowns)
+        if self.settings.starts and looks_wrong(best.residuals):
+            best = self._search(best, objective)
+        overlap = best.residuals.get("silhouette_iou", 0.8)
+        errors = limb_errors(self._landmarks(best.body), self.evidence, best.camera.scale, overlap)
+        return dataclasses.replace(best, residuals={**best.residuals, "limb_errors": errors})
 
-    def to_photo(self, unknowns: Unknowns) -> FitResult:
-        """The fit to keypoints and silhouette; the body is put on the ground."""
+    def _search(self, best: FitResult, objective: Objective) -> FitResult:
+        """The best of a fit and of those that start from poses of the bank."""
+        quiet = dataclasses.replace(self, progress=_silent)
+        if guess := guess_by_landmarks(objective, self.model, self.evidence, starts=self.settings.starts):
+            found = quiet.refined(guess.unknowns)
+            if sum(found.residuals["loss"].values()) < sum(best.residuals["loss"].values()):
+                best = found
+        if landmarks_look_wrong(best.residuals) and (guess := guess_by_outline(self.model, self.evidence, self.settings)):
+            found = dataclasses.replace(quiet, evidence=guess.evidence).refined(guess.unknowns)
+            if found.residuals["silhouette_iou"] > best.residuals["silhouette_iou"] + 0.08:
+                best = found
+        return best
+
+    def refined(self, unknowns: Unknowns) -> FitResult:
+        """The fit to keypoints and silhouette from one start; the body is put on the ground."""
         objective = Objective(self.model, self.evidence, self.settings)
         done = 0
         if self.evidence.mask is not None and len(self.evidence.mask.contour):
@@ -219,15 +229,19 @@ class _Fit:
         self.progress(self.total, self.total)
         return FitResult(body=body, camera=camera, residuals=residuals)
 
-    def _landmark_errors(self, body: Body, camera: OrthographicCamera, height: float) -> dict[str, Any]:
-        """Distances of the confident keypoints from the body's landmarks, by its standing `height` in metres."""
+    def _landmarks(self, body: Body) -> FloatArray:
+        """Landmarks (33, 3) of a body of this fit, metres."""
         import torch
 
-        seen = self.evidence.confidence > 0.3
         with torch.no_grad():
             final = self.model.forward(*(torch.from_numpy(body.parameters[key]) for key in ("rotations", "shape", "translation")))
-            landmarks = self.model.landmarks(final).numpy()
-        error = np.linalg.norm(camera.project(landmarks) - self.evidence.pixels, axis=1) / (camera.scale * height)
+            points: FloatArray = self.model.landmarks(final).numpy()
+        return points
+
+    def _landmark_errors(self, body: Body, camera: OrthographicCamera, height: float) -> dict[str, Any]:
+        """Distances of the confident keypoints from the body's landmarks, by its standing `height` in metres."""
+        seen = self.evidence.confidence > 0.3
+        error = np.linalg.norm(camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1) / (camera.scale * height)
         return {
             "keypoint_mean": float(error[seen].mean()),
             "keypoint_max": float(error[seen].max()),

@@ -50,6 +50,9 @@ class FitSettings:
         λ_j of Eq. 15.
     prior_weight : float
         λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
+    starts : int
+        Recorded poses from which a fit to a photo starts anew where it looks wrong: so many that look like the landmarks, then so many
+        that fill the mask; 0 for none.
     rounds : int
         Rounds with the silhouette or the surface; the correspondences are renewed at every one.
     steps : int
@@ -79,6 +82,7 @@ class FitSettings:
     surface_robust: float = 0.05
     joints_weight: float = 2.0
     prior_weight: float = 0.2
+    starts: int = 5
     rounds: int = 12
     steps: int = 15
     tolerance: float = 2e-3
@@ -89,5 +93,7 @@ class FitSettings:
             value = getattr(self, item.name)
             if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
+        if not 0 <= self.starts <= 100:
+            raise InputError(f"FitSettings.starts is {self.starts}; expected 0 to 100")
         if self.rounds < 0 or self.steps < 1 or not 32 <= self.silhouette_size <= 2048:
             raise InputError("FitSettings needs rounds >= 0, steps >= 1 and silhouette_size from 32 to 2048")

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from a2v.body import FitSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
-from pipelines.memo import measure, memo, progress
+from pipelines.memo import measure, memo, note, progress
 from pipelines.store import Ref, get, put
 
 
 @memo()
 def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[OrthographicCamera]]:
     """Fit the body model's shape and pose to landmarks and silhouette."""
-    from a2v.body import fit_body
+    from a2v.body import doubts, fit_body
 
     result = fit_body(get(subject, Subject), settings=fit, progress=progress())
     measure(result.residuals)
+    for text in doubts(result.residuals):
+        note(text)
     return put(result.body), put(result.camera)
 
 
@@ -32,8 +34,6 @@ def body(
     if person.from_body:
         return photo_body
     start = FitResult(first, camera)
-    result = fit_body(
-        get(subject, Subject), settings=fit, surface=person.surface, camera=camera, initial=start, progress=progress()
-    )
+    result = fit_body(get(subject, Subject), settings=fit, surface=person.surface, camera=camera, initial=start, progress=progress())
     measure(result.residuals)
     return put(result.body)

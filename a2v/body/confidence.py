@@ -1,0 +1,83 @@
+"""Whether a fit is to be believed, by what can be seen of it without the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from a2v.body.evidence import Evidence
+from a2v.body.limbs import LIMBS, TRUNK
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.types import FloatArray
+
+MEAN, LARGEST, OVERLAP, OTHERS = 0.02, 0.09, 0.7, 0.6
+"""Fits look wrong whose landmarks are farther from the photo's, in the mean or the worst of them, relative to the height, or whose silhouette
+and the photo's have less in common than the third; less than the last where landmarks agree says that these are wrong: no skirt is so wide."""
+DOUBTFUL = 0.15
+"""Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
+off by 25 cm in the mean, the others by 9."""
+
+_CONSTANT, _TOLD, _EXTENT, _OUTSIDE, _KIND = -3.336, 3.31, 0.702, 1.153, {"trunk": 0.0, "head": 0.158, "arm": 0.698, "leg": 0.579}
+"""Of the logarithm of the error plus 2 cm; least squares on the 18 photos of the benchmark's panel for development (docs/research/fitting.md)."""
+
+
+def looks_wrong(residuals: Mapping[str, Any]) -> bool:
+    """Whether the `FitResult.residuals` say that the body does not lie on the person."""
+    off = residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST
+    return bool(off or residuals.get("silhouette_iou", 1.0) < OVERLAP)
+
+
+def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
+    """Whether they also say that the detector's landmarks do not lie on the person."""
+    off = residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST
+    return bool(off or residuals.get("silhouette_iou", 1.0) < OTHERS)
+
+
+def limb_errors(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, float]:
+    """How far each limb is expected to be off in depth, relative to the trunk, metres.
+
+    It grows with what the fit and the detector differ by in depth, with the limb's own extent in depth, and with what the silhouettes do
+    not share.
+
+    Parameters
+    ----------
+    landmarks : (33, 3)
+        Of the fit, metres.
+    evidence : Evidence
+    scale : float
+        Of the fit's camera, pixels a metre.
+    overlap : float
+        IoU of the silhouettes.
+    """
+    trunk = list(TRUNK)
+    own = landmarks[:, 2] - landmarks[trunk, 2].mean()
+    told = np.full(len(own), 0.1)
+    if evidence.points is not None:
+        deep = evidence.points[:, 2] * (evidence.points_scale / scale)
+        differs = np.abs(deep - deep[trunk].mean() - own)
+        told = np.where(np.isfinite(differs), differs, told)
+    errors = {}
+    for limb, places in LIMBS.items():
+        side, _, kind = limb.rpartition("_")
+        chain = {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.get(kind, ())
+        depths = [landmarks[LANDMARK_INDEX[f"{side}_{joint}"], 2] for joint in chain]
+        extent = float(np.abs(np.diff(depths)).sum()) if depths else 0.0
+        exponent = _CONSTANT + _TOLD * told[list(places)].mean() + _EXTENT * extent + _OUTSIDE * (1 - overlap) + _KIND[kind]
+        errors[limb] = max(0.0, float(np.exp(exponent)) - 0.02)
+    return errors
+
+
+def doubts(residuals: Mapping[str, Any]) -> list[str]:
+    """What the user should know of a fit: at most one sentence on what was not understood, and what to do."""
+    if looks_wrong(residuals):
+        worst = max(residuals["keypoints"], key=residuals["keypoints"].get).replace("_", " ")
+        overlap = f"the silhouettes share {100 * residuals['silhouette_iou']:.0f} %, " if "silhouette_iou" in residuals else ""
+        found = f"{overlap}the {worst} is {100 * residuals['keypoint_max']:.0f} % of the height off"
+        return [f"the pose was not understood ({found}): expect a wrong shape; try another photo, or give --mask and --keypoints"]
+    limbs = [limb.replace("_", " ") for limb, error in residuals.get("limb_errors", {}).items() if error > DOUBTFUL]
+    if limbs:
+        names = f"{', '.join(limbs[:-1])} and {limbs[-1]}" if len(limbs) > 1 else limbs[0]
+        return [f"how far to the front or the back the {names} reaches is unsure; a photo that shows it from the side tells more"]
+    return []

@@ -1,0 +1,70 @@
+"""Where a fit starts: from what the detector says; and where that leads nowhere, from recorded poses that look alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.anny import AnnyModel
+from a2v.body.evidence import Evidence
+from a2v.body.objective import Objective
+from a2v.body.pose_bank import alike, alike_outline, load_pose_bank
+from a2v.body.settings import FitSettings
+from a2v.body.start import candidates
+from a2v.body.unknowns import Unknowns
+from a2v.types import FloatArray, OrthographicCamera
+
+
+@dataclass(eq=False)
+class Guess:
+    """A start after a short fit: its unknowns, its loss, and the evidence that it was fitted to."""
+
+    unknowns: Unknowns
+    loss: float
+    evidence: Evidence
+
+
+def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> Guess:
+    """Camera and orientation from the keypoints, by several starts if no depth is known; the best after a short fit of the joints."""
+    guesses = []
+    for unknowns in candidates(evidence, model):
+        if evidence.has_depth:
+            objective.minimize(unknowns, 15, stage="depth")
+        objective.minimize(unknowns, 20, stage="camera")
+        guesses.append(Guess(unknowns, objective.minimize(unknowns, 30, stage="joints"), evidence))
+    best = min(guesses, key=lambda guess: guess.loss)
+    objective.minimize(best.unknowns, 60, stage="joints")
+    return best
+
+
+def guess_by_landmarks(objective: Objective, model: AnnyModel, evidence: Evidence, *, starts: int) -> Guess | None:
+    """The best of some poses of the bank that look like the landmarks, after a short fit; None where too few are seen."""
+    bank, camera = load_pose_bank(model), candidates(evidence, model)[0].camera()
+    guesses = []
+    for like in alike(bank, evidence, count=starts):
+        unknowns = _start(like.root, bank.angles[like.number], model, camera)
+        objective.minimize(unknowns, 15, stage="camera")
+        guesses.append(Guess(unknowns, objective.minimize(unknowns, 25, stage="joints"), evidence))
+    return min(guesses, key=lambda guess: guess.loss, default=None)
+
+
+def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings) -> Guess | None:
+    """The best of some poses of the bank that fill the mask, after a short fit with little trust in the landmarks; None without a mask."""
+    if evidence.mask is None or not len(evidence.mask.contour):
+        return None
+    bank, guesses = load_pose_bank(model), []
+    for placed in alike_outline(bank, evidence.mask, count=settings.starts):
+        unknowns = _start(placed.root, bank.angles[placed.number], model, placed.camera)
+        doubted = evidence.doubted(1.7 * placed.camera.scale)
+        careful = Objective(model, doubted, settings)
+        loss = np.inf
+        for _ in range(3):
+            careful.renew_silhouette(unknowns)
+            loss = careful.minimize(unknowns, 10, stage="silhouette")
+        guesses.append(Guess(unknowns, loss, doubted))
+    return min(guesses, key=lambda guess: guess.loss, default=None)
+
+
+def _start(root: FloatArray, angles: FloatArray, model: AnnyModel, camera: OrthographicCamera) -> Unknowns:
+    return Unknowns.build(root=root, angles=angles, shape=model.shape_default, translation=np.zeros(3), camera=camera)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from a2v import Character, InputError, Surface
 from a2v.animation import bind, deform
@@ -17,7 +15,7 @@ from a2v.formats.gltf import write_glb
 from a2v.geometry.mesh import vertex_normals
 from a2v.rendering import write_page, write_video
 from a2v.rendering.page import viewer_script
-from tests.support.page import find_browser
+from tests.support.page import find_browser, opened
 
 
 @pytest.fixture(scope="module")
@@ -46,24 +44,6 @@ def page(character: Character, tmp_path_factory: pytest.TempPathFactory) -> Path
     write_video(folder / "v.mp4", [np.full((64, 64, 3), (20, 200, 20), np.uint8)] * 11, 10.0)
     write_page(folder / "preview.html", folder / "c.glb", folder / "v.mp4", title="up <&> down")
     return folder / "preview.html"
-
-
-def opened(browser: str, page: Path, out: Path, query: str) -> np.ndarray:
-    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may fail."""
-    flags = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
-    flags += [
-        "--window-size=1000,600",
-        "--virtual-time-budget=10000",
-        f"--user-data-dir={out / 'profile'}",
-        "--host-resolver-rules=MAP * ~NOTFOUND",
-    ]
-    picture = out / "shot.png"
-    command = [browser, *flags, f"--screenshot={picture}", f"{page.as_uri()}#{query}"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
-    if not picture.exists():
-        pytest.skip(f"the browser made no picture: {done.stderr.strip()[-200:]}")
-    with Image.open(picture) as image:
-        return np.asarray(image.convert("RGB")).astype(int)
 
 
 def share(picture: np.ndarray, channel: int) -> tuple[float, float]:

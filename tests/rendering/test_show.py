@@ -16,7 +16,7 @@ from a2v import Character, InputError, Motion
 from a2v.motion import MotionModel
 from a2v.rendering import write_video
 from a2v.rendering.show import View, stick_mesh
-from tests.rendering.test_page import browser, character, opened, page  # noqa: F401 - fixtures
+from tests.support.page import find_browser, opened
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def framed(view: View) -> str:
     return html.unescape(source)
 
 
-def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tmp_path: Path) -> None:  # noqa: F811
+def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tmp_path: Path) -> None:
     moves = np.repeat(character.body.bone_transforms[None], 3, axis=0)
     write_video(tmp_path / "v.mp4", [np.zeros((16, 16, 3), np.uint8)] * 2, 10)
     walk.save(tmp_path / "walk.npz")
@@ -68,9 +68,9 @@ def test_a_stick_figure_has_the_motions_joints(walk: Motion) -> None:
 
 
 @pytest.mark.slow
-def test_a_browser_shows_it_in_a_frame(browser: str, walk: Motion, tmp_path: Path) -> None:  # noqa: F811
+def test_a_browser_shows_it_in_a_frame(walk: Motion, tmp_path: Path) -> None:
     (tmp_path / "export.html").write_text(f"<body style='margin:0'>{a2v.show(walk, height=590)._repr_html_()}", encoding="utf-8")
-    picture = opened(browser, tmp_path / "export.html", tmp_path, "")
+    picture = opened(find_browser(), tmp_path / "export.html", tmp_path, "")
     red, _, blue = np.moveaxis(picture, -1, 0)
     assert (red > blue + 60).sum() > 100  # the left limbs
     assert (blue > red + 50).sum() > 100  # the right ones

@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
@@ -82,3 +84,21 @@ class Server:
         """Photos and jobs."""
         found: dict[str, Any] = json.loads(self.ask("api/state")[2])
         return found
+
+
+def opened(browser: str, page: Path, out: Path, query: str) -> np.ndarray:
+    """What a browser shows of the page, (600, 1000, 3); no network may be used and nothing may fail."""
+    flags = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+    flags += [
+        "--window-size=1000,600",
+        "--virtual-time-budget=10000",
+        f"--user-data-dir={out / 'profile'}",
+        "--host-resolver-rules=MAP * ~NOTFOUND",
+    ]
+    picture = out / "shot.png"
+    command = [browser, *flags, f"--screenshot={picture}", f"{page.as_uri()}#{query}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
+    if not picture.exists():
+        pytest.skip(f"the browser made no picture: {done.stderr.strip()[-200:]}")
+    with Image.open(picture) as image:
+        return np.asarray(image.convert("RGB")).astype(int)

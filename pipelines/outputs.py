@@ -44,6 +44,28 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
     return [*written, folder / "motion.npz", folder / "preview.html"]
 
 
+def write_shared(folder: Path, *, animation: str | None, megabytes: float, sheet: bool) -> list[Path]:
+    """Beside the ``video.mp4`` of `folder`: ``video.gif`` or ``video.webp`` of at most `megabytes`, and ``sheet.png``, twelve of its frames."""
+    from a2v.rendering import contact_sheet, probe_video, read_video, write_within
+
+    source, written = folder / "video.mp4", []
+    if animation is not None:
+        written.append(folder / f"video.{animation}")
+        write_within(written[-1], read_video(source), probe_video(source).fps, megabytes=megabytes)
+    if sheet:
+        from PIL import Image as Pillow
+
+        info = probe_video(source)
+        wanted = np.unique(np.linspace(0, info.frames - 1, 12).round().astype(int))
+        frames = {index: frame for index, frame in enumerate(read_video(source)) if index in set(wanted.tolist())}
+        labels = [f"{index / info.fps:.2f} s" for index in frames]
+        columns = 3 if info.width < 2 * info.height else 1 if info.width > 3 * info.height else 2
+        written.append(folder / "sheet.png")
+        with atomic_path(written[-1]) as temporary:
+            Pillow.fromarray(contact_sheet(list(frames.values()), cols=columns, labels=labels)).save(temporary)
+    return written
+
+
 def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) -> list[Path]:
     """Write the value of one output: files as they are, frames as PNG, anything else as .npz; one a frame and view where it fans out."""
     value = outcome.values[name]

@@ -137,6 +137,28 @@ def watching(monitor: Monitor, interval: float = 0.2) -> Iterator[None]:
         monitor.poll()
 
 
+def about(left: float | None) -> str:
+    """The time left as it is shown, with a comma before it; nothing where it is unknown."""
+    return "" if left is None else f", about {timedelta(seconds=round(left))} left"
+
+
+class Pace:
+    """Time left, foretold from when calls ended; the first ones, in which workers start and build their scenes, don't count."""
+
+    def __init__(self, skip: int = 4) -> None:
+        self._skip = skip
+        self._from: tuple[int, float] | None = None
+
+    def left(self, done: int, total: int, now: float) -> float | None:
+        """Seconds until `total` calls are done when `done` are at time `now`; None while that is unknown."""
+        if self._from is None:
+            if done >= self._skip:
+                self._from = done, now
+            return None
+        calls, since = self._from
+        return None if done <= calls else (now - since) / (done - calls) * max(total - done, 0)
+
+
 class Bars:
     """A tqdm bar a node on standard error, with the time left; plain lines where it is no terminal."""
 
@@ -144,32 +166,35 @@ class Bars:
         self._bars: dict[str, Any] = {}
         self._quiet = quiet
         self._said: dict[str, float] = {}
+        self._paces: dict[str, Pace] = {}
 
     def __call__(self, update: Update) -> None:
         """Draw an update."""
         if self._quiet or (update.total == 0 and update.done == 0):
             return
+        left = None if update.part else self._paces.setdefault(update.node, Pace()).left(update.done, update.total, time.monotonic())
         if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
-            self._line(update)
+            self._line(update, left)
             return
         from tqdm.auto import tqdm
 
         bar = self._bars.get(update.node)
         if bar is None:
-            form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}<{remaining}"
+            form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}{postfix}"
             bar = self._bars[update.node] = tqdm(total=max(update.total, 1), desc=update.node, bar_format=form, leave=True, mininterval=0.2)
+        bar.set_postfix_str(about(left).removeprefix(", "), refresh=False)
         bar.total = max(update.total, 1)
         bar.n = min(update.done + update.part * (update.done < bar.total), bar.total)
         bar.refresh()
 
-    def _line(self, update: Update) -> None:
+    def _line(self, update: Update, left: float | None) -> None:
         now = time.monotonic()
         if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
             self._said[update.node] = -1.0
             print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
         elif update.done < update.total and update.done and now - self._said.setdefault(update.node, now) > 10:
             self._said[update.node] = now
-            print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
+            print(f"{update.node}: {update.done}/{update.total}{about(left)}", file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Leave the bars as they are."""

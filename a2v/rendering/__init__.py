@@ -11,7 +11,7 @@ from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Cutout, Layers, Renderer, denoise
 from a2v.rendering.scene import SceneSettings
 from a2v.rendering.variant import activate, choose_variant
-from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp
+from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp, write_within
 
 __all__ = [
     "AZIMUTHS",
@@ -36,4 +36,5 @@ __all__ = [
     "write_page",
     "write_video",
     "write_webp",
+    "write_within",
 ]

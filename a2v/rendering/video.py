@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -153,6 +154,45 @@ def write_webp(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: f
     `path`, `frames` and `fps` and what is raised: as for `write_video`.
     """
     _save_animation(path, _pictures(frames), fps, ".webp", {"quality": quality, "method": 4})
+
+
+_RUNGS = ((1.0, 1), (0.75, 1), (0.75, 2), (0.5, 2), (0.375, 2), (0.375, 3), (0.25, 3), (0.25, 4), (0.18, 4), (0.12, 6))
+"""Size and every how-manieth frame that `write_within` tries, each smaller than the one before."""
+
+
+def write_within(path: str | os.PathLike[str], frames: Iterable[ByteArray], fps: float, *, megabytes: float) -> None:
+    """Write a ``.gif`` or ``.webp`` of at most `megabytes` (of 10^6 bytes): smaller and with fewer frames a second as far as it must.
+
+    `path`, `frames` and `fps`: as for `write_video`; the clip keeps its length.
+
+    Raises
+    ------
+    InputError
+        As for `write_video`; or the smallest that it tries is larger.
+    """
+    import cv2
+
+    if not (np.isfinite(megabytes) and megabytes > 0):
+        raise InputError(f"the file may have {megabytes} MB; expected a positive number")
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".gif", ".webp"):
+        raise InputError(f"{path} ends in neither .gif nor .webp")
+    pictures, limit, allowed = list(_checked(frames)), megabytes * 1e6, 1.0
+    for scale, step in _RUNGS:
+        if scale**2 / step > allowed:
+            continue
+        size = max(1, round(pictures[0].shape[1] * scale)), max(1, round(pictures[0].shape[0] * scale))
+        few = [np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8) for one in pictures[::step]]
+        with tempfile.TemporaryDirectory() as folder:
+            made = Path(folder) / f"made{suffix}"
+            (write_gif if suffix == ".gif" else write_webp)(made, few, fps * len(few) / len(pictures))
+            needed = made.stat().st_size
+            if needed <= limit:
+                with atomic_path(path) as temporary:
+                    temporary.write_bytes(made.read_bytes())
+                return
+        allowed = 1.3 * scale**2 / step * limit / needed  # no need to try what is sure to be too large
+    raise InputError(f"{len(pictures)} frames do not fit into {megabytes} MB; allow more, or make a shorter or smaller video")
 
 
 def _pictures(frames: Iterable[ByteArray]) -> list[Any]:

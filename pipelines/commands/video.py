@@ -15,7 +15,7 @@ from pipelines.graph import Parameters, check_names, outputs_of, video_graph
 from pipelines.inputs import LookOptions, MovingStages, PhotoOptions, RunOptions, check_writable
 from pipelines.motion_options import MotionOptions
 from pipelines.options import flag, group, option
-from pipelines.outputs import write_node, write_results
+from pipelines.outputs import write_node, write_results, write_shared
 from pipelines.report import make_report
 from pipelines.rigs import RigOptions
 from pipelines.run import Outcome
@@ -28,6 +28,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
   a2v video --photo me.jpg --action Walk --loop --in-place --rig unreal --out out/cycle                    for game engines
+  a2v video --photo me.jpg --action Wave --animation gif --max-mb 5 --sheet --out out/wave
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
   a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
 
@@ -44,6 +45,9 @@ class Options:
     out: str = option("folder for the results")
     motion: MotionOptions = group(MotionOptions)
     look: LookOptions = group(LookOptions)
+    animation: str | None = option("video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True)
+    max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
+    sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
@@ -56,6 +60,10 @@ def run(options: Options) -> Answer:
     """Make the video."""
     graph = video_graph(recorded=options.motion.motion is not None)
     check_names(graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node")
+    if options.only and (options.animation or options.sheet):
+        raise InputError("--only writes one stage's result; leave --animation and --sheet out")
+    if not options.max_mb > 0:
+        raise InputError(f"max-mb is {options.max_mb}; expected megabytes above 0")
     store, stages = Store(options.running.cache), options.stages
     if options.raw:
         stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
@@ -78,6 +86,7 @@ def run(options: Options) -> Answer:
         else write_results(outcome, out, views, options.rigging, parameters["edit"])
     )
     written += write_node(outcome, "frame", out, views) if transparent else []
+    written += write_shared(out, animation=options.animation, megabytes=options.max_mb, sheet=options.sheet) if not options.only else []
     report = _write_report(options, parameters, outcome, written)
     options.running.tell_times(outcome)
     if not written:

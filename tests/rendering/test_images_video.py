@@ -8,7 +8,7 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
-from a2v.rendering import contact_sheet, probe_video, read_video, side_by_side, write_gif, write_video, write_webp
+from a2v.rendering import contact_sheet, probe_video, read_video, side_by_side, write_gif, write_video, write_webp, write_within
 
 
 def clip(frames: int = 12, height: int = 64, width: int = 96) -> list[np.ndarray]:
@@ -116,3 +116,27 @@ def test_sheets_hold_every_picture() -> None:
         contact_sheet([])
     with pytest.raises(InputError, match="uint8"):
         side_by_side([np.zeros((4, 4, 3))])
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a.webp"])
+def test_animations_fit_what_they_are_given_and_keep_their_length(tmp_path: Path, name: str) -> None:
+    draw = np.random.default_rng(0)
+    noisy = [(picture // 2 + draw.integers(0, 128, picture.shape)).astype(np.uint8) for picture in clip(24)]
+    write_within(tmp_path / name, noisy, 12, megabytes=10)
+    whole = (tmp_path / name).stat().st_size
+    write_within(tmp_path / name, noisy, 12, megabytes=whole / 5e6)
+    assert (tmp_path / name).stat().st_size <= whole / 5
+    with Image.open(tmp_path / name) as animation:
+        assert animation.width < 96
+        durations = []
+        for index in range(animation.n_frames):
+            animation.seek(index)
+            animation.load()
+            durations.append(animation.info["duration"])
+    assert sum(durations) == pytest.approx(2000, abs=15)
+    before = (tmp_path / name).read_bytes()
+    with pytest.raises(InputError, match="do not fit"):
+        write_within(tmp_path / name, noisy, 12, megabytes=1e-6)
+    assert (tmp_path / name).read_bytes() == before
+    with pytest.raises(InputError, match="neither"):
+        write_within(tmp_path / "a.mp4", noisy, 12, megabytes=1)

@@ -1,12 +1,13 @@
 """A batch while things break: workers killed, requests of the object store failing, the scheduler restarted, a photo damaged.
 
-    python -m benchmarks.faults --jobs 200 --kill-every 20 --moto ENVIRONMENT/bin/python
-    python -m benchmarks.faults --single-kills 100
-    python -m benchmarks.faults --memory 1000
+    python -m benchmarks.faults --folder out/faults --jobs 200 --kill-every 20 --moto ENVIRONMENT/bin/python
+    python -m benchmarks.faults --folder out/faults --single-kills 100
+    python -m benchmarks.faults --folder out/faults --memory 1000
 
 The first compares every file with those of an undisturbed run; the second kills single runs at random moments of their whole length and
-compares what they give in the end; the third follows the memory of driver and worker over many remembered jobs. An S3 server is started with a
-Python that has ``moto[s3,server]``; without one the object store is a folder whose requests do not fail.
+compares what they give in the end; the third follows the memory of driver and worker over many remembered jobs. The first two end after
+``--for`` seconds and go on where they were by the same command: a batch loses its driver and its cluster then, but not the object store.
+An S3 server is started with a Python that has ``moto[s3,server]``; without one the object store is a folder whose requests do not fail.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import contextlib
 import json
 import os
 import random
+import resource
+import shutil
 import signal
 import socket
 import subprocess
@@ -23,11 +26,11 @@ import sys
 import threading
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from a2v.io import sha256
+from a2v.io import atomic_path, sha256
 from a2v.sessions import WEIGHTS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,6 +52,8 @@ def failing(environment, start):
 run_simple("127.0.0.1", int(sys.argv[1]), failing, threaded=True)
 """
 DASK = "import sys; from distributed.cli import {0}; {0}.main(sys.argv[1:])"
+LIGHT = ("--fit.rounds", 2, "--fit.steps", 3, "--perception.refine", "false", "--implicit.resolution", 200, "--implicit.vertices", 25000)
+"""A person in a quarter of the time."""
 QUIET: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 
@@ -74,7 +79,7 @@ def write_jobs(folder: Path, count: int, people: int) -> Path:
 
 def batch_command(given: argparse.Namespace, jobs: Path, out: Path, *more: str) -> list[str]:
     """The command line of a batch."""
-    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1]
+    small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1, *(LIGHT if given.light else ())]
     return [sys.executable, "-m", "pipelines", "batch", str(jobs), "--out", str(out), *map(str, small), *more]
 
 
@@ -134,99 +139,202 @@ class Cluster:
             process.wait()
 
 
-@contextlib.contextmanager
-def object_store(folder: Path, moto: str | None, chance: float) -> Iterator[tuple[str, dict[str, str]]]:
-    """URL of an object store and the environment that reaches it; an S3 server that fails `chance` of all requests, or a folder."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    if moto is None:
-        yield f"file://{folder}/objects", environment
-        return
-    port = free_port()
-    server = subprocess.Popen([moto, "-c", SERVER, str(port), str(chance)], **QUIET)
-    environment |= {
-        "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ALLOW_HTTP": "true", "AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y",
-        "AWS_REGION": "us-east-1",
-    }  # fmt: skip
-    try:
-        for _ in range(200):
+class Ledger:
+    """Figures of a part that may take several sittings, in a file.
+
+    Parameters
+    ----------
+    path : of the file, made when it is first written
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.figures: Counter[str] = Counter(json.loads(path.read_text()) if path.exists() else {})
+
+    def save(self) -> None:
+        """Write the figures down."""
+        with atomic_path(self._path) as temporary:
+            temporary.write_text(json.dumps(self.figures))
+
+
+class ObjectStore:
+    """An S3 server that fails a share of all requests and outlives this process, or a folder.
+
+    Parameters
+    ----------
+    folder : where its port is written down
+    moto : a Python that has moto, or None for a folder
+    chance : of a request to fail
+
+    Attributes
+    ----------
+    url : str
+    environment : of processes that reach it
+    """
+
+    def __init__(self, folder: Path, moto: str | None, chance: float) -> None:
+        self.environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        self._process: tuple[int, int] | None = None
+        if moto is None:
+            self.url = f"file://{folder}/objects"
+            return
+        self.url, note = "s3://bucket/a2v", folder / "server.json"
+        if note.exists():
+            process, port = json.loads(note.read_text())
+        else:
+            port = free_port()
+            process = subprocess.Popen([moto, "-c", SERVER, str(port), str(chance)], start_new_session=True, **QUIET).pid
+            folder.mkdir(parents=True, exist_ok=True)
+            note.write_text(json.dumps([process, port]))
+        self._process = process, port
+        self._make_bucket(port)
+        self.environment |= {
+            "AWS_ENDPOINT_URL": f"http://127.0.0.1:{port}", "AWS_ALLOW_HTTP": "true", "AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y",
+            "AWS_REGION": "us-east-1",
+        }  # fmt: skip
+
+    @staticmethod
+    def _make_bucket(port: int) -> None:
+        for _ in range(300):
             with contextlib.suppress(OSError):
                 urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}/bucket", method="PUT"), timeout=5).close()
-                break
+                return
             time.sleep(0.2)
-        yield "s3://bucket/a2v", environment
-    finally:
-        server.kill()
-        server.wait()
+        raise SystemExit(f"no S3 server answers at port {port}; remove the folder and begin anew")
+
+    def close(self) -> None:
+        """End the server; what it held is gone."""
+        if self._process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._process[0], signal.SIGKILL)
+
+
+def processor_time() -> float:
+    """Seconds of all processes that ended and were this one's, or theirs."""
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent.ru_utime + spent.ru_stime
+
+
+def one_batch(given: argparse.Namespace, jobs: Path, folder: Path, rough: bool, until: float) -> Ledger:
+    """A batch on a cluster of its own, `rough` or not, to its end or `until` the time is over."""
+    ledger = Ledger(folder / "ledger.json")
+    figures = ledger.figures
+    if figures["over"]:
+        return ledger
+    store = ObjectStore(folder, given.moto, given.failing if rough else 0.0)
+    begun, spent = time.monotonic(), processor_time()
+    cluster = Cluster(folder, store.environment, given.workers)
+    time.sleep(8.0)  # the scheduler is there
+    more = ("--executor", "dask", "--address", cluster.address, "--cache", store.url)
+    driver = {**store.environment, "A2V_CACHE": str(folder / "driver")}
+    process = subprocess.Popen(batch_command(given, jobs, folder / "out", *more), cwd=ROOT, env=driver)
+    draw, last = random.Random(figures["workers killed"]), time.monotonic()
+    while process.poll() is None and time.monotonic() < until:
+        time.sleep(0.5)
+        if rough and time.monotonic() - last > given.kill_every:
+            last = time.monotonic()
+            figures["workers killed"] += 1
+            cluster.kill(f"w{draw.randrange(given.workers)}")
+        if rough and not figures["schedulers killed"] and len(list((folder / "out").glob("*/job.json"))) > given.jobs // 3:
+            figures["schedulers killed"] += 1
+            cluster.kill("scheduler")
+    figures["over"] = process.poll() is not None
+    process.kill()
+    code = process.wait()
+    cluster.close()
+    figures["sittings"] += 1
+    figures["seconds"] += round(time.monotonic() - begun, 1)
+    figures["processor seconds"] += round(processor_time() - spent, 1)
+    ledger.save()
+    if figures["over"]:
+        store.close()
+        if code:
+            raise SystemExit(f"the batch in {folder} ended with {code}")
+    return ledger
 
 
 def disturbed(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     """Run a batch undisturbed and disturbed on the same kind of cluster; compare the files."""
     jobs = write_jobs(folder / "jobs", given.jobs, given.people)
-    seconds, killed = {}, 0
-    for name in ("calm", "disturbed"):
-        rough = name == "disturbed"
-        with object_store(folder / name, given.moto, given.failing if rough else 0.0) as (url, environment):
-            cluster = Cluster(folder / name, environment, given.workers)
-            begun = time.monotonic()
-            driver = {**environment, "A2V_CACHE": str(folder / name / "driver")}
-            more = ("--executor", "dask", "--address", cluster.address, "--cache", url)
-            time.sleep(8.0)  # the scheduler is there
-            process = subprocess.Popen(batch_command(given, jobs, folder / name / "out", *more), cwd=ROOT, env=driver)
-            draw, restarted, last = random.Random(1), False, time.monotonic()
-            while process.poll() is None:
-                time.sleep(0.5)
-                if rough and time.monotonic() - last > given.kill_every:
-                    last, killed = time.monotonic(), killed + 1
-                    cluster.kill(f"w{draw.randrange(given.workers)}")
-                if rough and not restarted and len(list((folder / name / "out").glob("*/job.json"))) > given.jobs // 3:
-                    restarted = True
-                    cluster.kill("scheduler")
-            seconds[name] = time.monotonic() - begun
-            cluster.close()
-            if process.returncode:
-                raise SystemExit(f"the {name} batch ended with {process.returncode}")
-    calm, rough_files = digests(folder / "calm" / "out"), digests(folder / "disturbed" / "out")
-    equal = sum(rough_files.get(path) == digest for path, digest in calm.items())
-    videos = sum(path.endswith("video.mp4") for path in calm)
-    return {
-        "jobs": given.jobs, "people": given.people, "frames": given.frames, "size": given.size, "workers": given.workers,
-        "s3": given.moto is not None, "failing requests": given.failing if given.moto else 0.0, "workers killed": killed,
-        "videos": videos, "files": len(calm), "files equal": equal, "files of one run only": len(set(calm) ^ set(rough_files)),
-        "seconds undisturbed": round(seconds["calm"], 1), "seconds disturbed": round(seconds["disturbed"], 1),
+    until = time.monotonic() + given.seconds
+    calm = one_batch(given, jobs, folder / "calm", False, until).figures
+    rough = one_batch(given, jobs, folder / "disturbed", True, until).figures if calm["over"] else calm
+    settings = {name: getattr(given, name) for name in ("jobs", "people", "frames", "size", "workers", "kill_every", "light")}
+    asked = settings | {"s3": given.moto is not None, "failing requests": given.failing if given.moto else 0.0}
+    told = asked | {"undisturbed": dict(calm), "disturbed": dict(rough)}
+    if not rough["over"]:
+        return told
+    calm_files, rough_files = digests(folder / "calm" / "out"), digests(folder / "disturbed" / "out")
+    return told | {
+        "videos": sum(path.endswith("video.mp4") for path in calm_files), "files": len(calm_files),
+        "files equal": sum(rough_files.get(path) == digest for path, digest in calm_files.items()),
+        "files of one run only": len(set(calm_files) ^ set(rough_files)),
     }  # fmt: skip
 
 
+def family_time(process: subprocess.Popen[bytes]) -> float:
+    """Processor seconds of a process and of what it started, as far as they live."""
+    import psutil
+
+    total = 0.0
+    with contextlib.suppress(psutil.Error):
+        parent = psutil.Process(process.pid)
+        for one in [parent, *parent.children(recursive=True)]:
+            with contextlib.suppress(psutil.Error):
+                total += sum(one.cpu_times()[:2])
+    return total
+
+
+def stage(store: Path, order: list[str]) -> str:
+    """The node that a run was at: the first of `order` that has no record yet."""
+    return next((name for name in order if not any((store / "calls" / name).rglob("*.json"))), "files")
+
+
 def single_kills(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """Kill a run at random moments, go on, and compare what it gives with a run that nobody disturbed."""
+    """Kill a run at random moments, go on, and compare what it gives with a run that nobody disturbed.
+
+    Moments are drawn in processor time of the run with all its processes, so that a busy machine does not shift them.
+    """
     small = ["--frames", given.frames, "--views", "front", "--size", given.size, "--spp", 1, "--workers", 1, "--quiet"]
+    small += LIGHT if given.light else ()
 
     def start(store: Path, out: Path) -> subprocess.Popen[bytes]:
         words = ["--photo", SAMPLE, "--action", "Walk", "--out", out, "--cache", store, *small]
         return subprocess.Popen([sys.executable, "-m", "pipelines", "video", *map(str, words)], cwd=ROOT, start_new_session=True, **QUIET)
 
-    begun = time.monotonic()
-    assert start(folder / "store", folder / "out").wait() == 0
-    length, draw = time.monotonic() - begun, random.Random(2)
+    until, ledger = time.monotonic() + given.seconds, Ledger(folder / "ledger.json")
+    figures = ledger.figures
+    if not figures["processor seconds of one run"]:
+        spent = processor_time()
+        assert start(folder / "store", folder / "out").wait() == 0
+        figures["processor seconds of one run"] = round(processor_time() - spent, 1)
+        ledger.save()
     truth = {path.name: sha256(path) for path in (folder / "out").iterdir() if path.name != "report.json"}
-    kills, finished, different, number = 0, 0, 0, 0
-    while kills < given.single_kills:
-        number += 1
+    records = {
+        node.name: [json.loads(path.read_text())["start"] for path in node.rglob("*.json")]
+        for node in (folder / "store" / "calls").iterdir()
+    }
+    order = sorted(records, key=lambda name: min(records[name]))
+    while figures["kills"] < given.single_kills and time.monotonic() < until:
+        number = figures["runs finished"]
         store, out = folder / f"store{number}", folder / f"out{number}"
-        while True:
-            process = start(store, out)
-            moment = draw.uniform(0, length) if kills < given.single_kills else 1e9
-            try:
-                code = process.wait(moment)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-                kills += 1
-                continue
-            assert code == 0
-            break
-        finished += 1
-        different += {path.name: sha256(path) for path in out.iterdir() if path.name != "report.json"} != truth
-    return {"kills": kills, "runs finished": finished, "runs that differ": different, "seconds of one run": round(length, 1)}
+        moment = random.Random(figures["kills"]).uniform(0, figures["processor seconds of one run"])
+        process = start(store, out)
+        while process.poll() is None and family_time(process) < moment:
+            time.sleep(0.05)
+        if process.poll() is None:
+            at = stage(store, order)
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            figures["kills"] += 1
+            figures[f"at {at}"] += 1
+        else:
+            assert process.returncode == 0
+            figures["runs finished"] += 1
+            figures["runs that differ"] += {path.name: sha256(path) for path in out.iterdir() if path.name != "report.json"} != truth
+            shutil.rmtree(store)
+        ledger.save()
+    return dict(figures)
 
 
 def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
@@ -289,6 +397,8 @@ def main() -> None:
     parser.add_argument("--moto", help="a Python that has moto[s3,server]")
     parser.add_argument("--single-kills", type=int, default=0)
     parser.add_argument("--memory", type=int, default=0)
+    parser.add_argument("--light", action="store_true", help="people at small settings")
+    parser.add_argument("--for", type=float, default=1e9, dest="seconds", metavar="SECONDS", help="of a sitting")
     parser.add_argument("--folder", type=Path, required=True)
     given = parser.parse_args()
     parts = {"batch": (given.jobs, disturbed), "single": (given.single_kills, single_kills), "memory": (given.memory, memory)}

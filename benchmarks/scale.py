@@ -2,9 +2,11 @@
 
     python -m benchmarks.scale --folder out/scale --people 2 --actions 3 --frames 8 --size 128
     python -m benchmarks.scale --simulate
+    python -m benchmarks.scale --folder out/scale --nodes 10000
 
 The first makes a batch on one worker with every request to the object store counted, then again on `--workers` with an empty store, and compares
-the second with its simulation. The second simulates a thousand people with ten actions each from `DEFAULTS`.
+the second with its simulation. The second simulates a thousand people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are all remembered:
+what the engine takes for a node.
 """
 
 from __future__ import annotations
@@ -139,6 +141,26 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def overhead(folder: Path, nodes: int) -> dict[str, Any]:
+    """Processor time of a graph of about `nodes` nodes, computed and then remembered; small numbers, in the shape of the real graph."""
+    from pipelines.run import run
+    from pipelines.store import Store
+    from tests.support.numbers import GRAPH, Scale
+
+    views, spent = (0, 1, 2, 3), []
+    length = nodes // (1 + len(views))
+    for _ in range(2):
+        begun, clock = time.process_time(), time.perf_counter()
+        outcome = run("total", graph=GRAPH, store=Store(folder / "nodes"), executor="serial", length=length, scale=Scale(), views=views, wait=0.0)
+        calls = sum(stats.calls for stats in outcome.nodes.values())
+        cached = sum(stats.cached for stats in outcome.nodes.values())
+        spent.append({
+            "nodes": calls, "remembered": cached, "processor seconds": round(time.process_time() - begun, 2),
+            "seconds": round(time.perf_counter() - clock, 2), "ms a node": round((time.process_time() - begun) / calls * 1e3, 3),
+        })  # fmt: skip
+    return {"computed": spent[0], "remembered": spent[1]}
+
+
 def _count(kind: type, name: str, requests: Counter[str], sent: Counter[str], now: list[str]) -> None:
     real = getattr(kind, name)
 
@@ -159,12 +181,15 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--nodes", type=int, default=0)
     parser.add_argument("--simulate", action="store_true")
     given = parser.parse_args()
     if given.simulate:
         for workers in (1, 10, 100, 1000, 4000):
             print(json.dumps(simulate(1000, 10, workers, DEFAULTS)))
-    if given.folder:
+    if given.folder and given.nodes:
+        print(json.dumps(overhead(given.folder, given.nodes), indent=1))
+    elif given.folder:
         given.folder.mkdir(parents=True, exist_ok=True)
         print(json.dumps(measure(given), indent=1))
 

@@ -168,8 +168,14 @@ def _terminate(number: int, frame: FrameType | None) -> None:
     raise SystemExit(143)
 
 
+_LONGEST = 1200
+"""Characters of a sentence at most."""
+
+
 def _fail(message: str, code: int, arguments: Sequence[str], as_json: bool) -> int:
     sentence = printable(" ".join(message.split()))
+    if len(sentence) > _LONGEST:  # it quotes what was given, and ends with what to do
+        sentence = f"{sentence[: _LONGEST // 2]} … {sentence[-_LONGEST // 2 :]}"
     print(f"a2v: {sentence}", file=sys.stderr)
     if as_json:
         print(_failure(arguments, sentence, code))

@@ -14,6 +14,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from pathlib import Path
 from typing import Any, Literal
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
@@ -45,6 +46,8 @@ class RayExecutor(Executor):
     """Runs calls as Ray tasks; Ray retries those whose worker dies."""
 
     def __init__(self, address: str | None = None, workers: int | None = None) -> None:
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # it reports by itself, to its makers
+        os.environ.setdefault("RAY_enable_metrics_collection", "0")  # or its workers complain that nobody takes their figures
         try:
             import ray
         except ImportError as error:
@@ -53,13 +56,13 @@ class RayExecutor(Executor):
         self._started = not ray.is_initialized()
         if self._started:
             local = {} if address else {"num_cpus": workers or cpu_count(), "include_dashboard": False}
-            with safe_children():
+            with safe_children(), _elsewhere():  # workers import from the folder in which it starts
                 ray.init(address=address, log_to_driver=False, **local)
         self._call = ray.remote(num_cpus=1, max_retries=2)(_in_one_thread)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Start a Ray task."""
-        future: Future[Any] = self._call.remote(function, args, kwargs).future()
+        future: Future[Any] = self._call.remote(function, args, kwargs, str(Path.cwd())).future()
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -68,8 +71,21 @@ class RayExecutor(Executor):
             self._ray.shutdown()
 
 
-def _in_one_thread(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+@contextlib.contextmanager
+def _elsewhere() -> Iterator[None]:
+    """Be in the folder of this program, whose modules are found anyway."""
+    before = Path.cwd()
+    os.chdir(Path(__file__).resolve().parents[1])
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def _in_one_thread(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any], folder: str) -> Any:
     _limit_threads()
+    with contextlib.suppress(OSError):  # another machine
+        os.chdir(folder)
     return function(*args, **kwargs)
 
 

@@ -7,24 +7,27 @@ line. Names have hyphens for users; underscores are the same.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import inspect
 import re
 import shutil
 import typing
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import jsonargparse
 import yaml
 
 from a2v.errors import A2VError, InputError
-from a2v.io import brief, shorten
+from a2v.io import brief, read_bytes, shorten
 
 T = TypeVar("T")
 
 _WIDTH = 124
 _MODE = "a2v"
+_MAX_SETTINGS_BYTES = 1 << 20
 
 
 def option(
@@ -99,13 +102,14 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     given = [_with_underscores(argument) for argument in arguments]
     everything = "--help_all" in given
     parser = _parser(kind, f"a2v {command}", about, examples, everything)
+    _check_files(kind, given)
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if everything else given))
     except argparse.ArgumentError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         lines = [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"] if "of the Union subtypes" in str(error) else lines
         text = re.sub(r'Parser key "([\w.]+)"', r"--\1", " ".join(lines[:3]) or "bad arguments")
-        raise InputError(f"{_with_hyphens(text)}; see a2v {command} --help") from None
+        raise InputError(f"{_with_hyphens(shorten(text, 600))}; see a2v {command} --help") from None
     except (A2VError, OSError):
         raise
     except Exception as error:  # of a --config that is no text, too deep, or means something else
@@ -131,6 +135,29 @@ def _of_no_kind(text: str) -> str:
         (words for name, words in (("int", "a whole number"), ("float", "a number")) if f"<class '{name}'>" in text), "another value"
     )
     return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
+
+
+def _check_files(kind: type, given: Sequence[str]) -> None:
+    """Demand that files of settings are regular and short, before a parser reads them to their end."""
+    names = {"--config", *_settings_of(kind)}
+    for place, argument in enumerate(given):
+        name, together, value = argument.partition("=")
+        if name in names and (together or place + 1 < len(given)):
+            path = value if together else given[place + 1]
+            if path == "-":
+                raise InputError(f"{name} - would read what is typed; give a YAML file")
+            with contextlib.suppress(OSError, ValueError):  # no path at all, but settings
+                if Path(path).exists():
+                    read_bytes(path, limit=_MAX_SETTINGS_BYTES, empty=True)
+
+
+def _settings_of(kind: type) -> Iterator[str]:
+    """The options of a dataclass that take a file of settings."""
+    for item in dataclasses.fields(kind):
+        if "settings" in item.metadata:
+            yield f"--{item.name}"
+        elif "group" in item.metadata:
+            yield from _settings_of(typing.get_type_hints(kind)[item.name])
 
 
 def _check_seeds(found: jsonargparse.Namespace) -> None:
@@ -232,6 +259,8 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
             values[item.name] = _made(hints[item.name], found)
         else:
             value = found[item.name]
+            if isinstance(value, list) and not item.metadata.get("option", {}).get("many"):  # argparse's answer to --x=--
+                raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one")
             values[item.name] = tuple(value) if isinstance(value, list) and "option" in item.metadata else value
     return kind(**values)
 

@@ -10,9 +10,9 @@ import base64
 import functools
 import html
 import os
+import re
 import tempfile
 from pathlib import Path
-from string import Template
 
 from a2v.errors import A2VError, InputError
 from a2v.formats.characters import Clips
@@ -73,27 +73,41 @@ def write_page(
     InputError
         `character` is no binary glTF, `video` no MP4, or both together are too large for a page.
     """
-    text = page_of(_data(character), b"" if video is None else _data(video), title=title)
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    pieces = _pieces(_data(character), b"" if video is None else _data(video), title)
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        stream.writelines(pieces)
 
 
 def page_of(glb: bytes, film: bytes = b"", *, title: str = "a2v") -> str:
     """The HTML that `write_page` writes, of a binary glTF and an MP4 (or nothing)."""
+    return b"".join(_pieces(glb, film, title)).decode()
+
+
+def _pieces(glb: bytes, film: bytes, title: str) -> list[bytes]:
+    """A page in parts, since whole it is copied several times on the way to a file."""
     if glb[:4] != b"glTF":
         raise InputError("the character is not a binary glTF (.glb); make one with write_glb")
     if film and film[4:8] != b"ftyp":
         raise InputError("the video is not an MP4; make one with write_video")
     if len(glb) + len(film) > MAX_PAGE_BYTES:
         raise InputError(f"character and video are {(len(glb) + len(film)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
-    source = f'src="data:video/mp4;base64,{base64.b64encode(film).decode()}"'
-    return Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8")).substitute(
-        title=html.escape(title),
-        video=f'<video id="video" {source} controls loop muted autoplay playsinline></video>' if film else "",
-        layout="both" if film else "alone",
-        viewer=viewer_script(),
-        glb=base64.b64encode(glb).decode(),
-    )
+    parts: dict[str, bytes] = {
+        "title": html.escape(title).encode(), "layout": b"both" if film else b"alone", "glb": base64.b64encode(glb),
+        "video": b'<video id="video" src="data:video/mp4;base64,%b" %b></video>' % (base64.b64encode(film), _PLAYER) if film else b"",
+    }  # fmt: skip
+    return [piece if name is None else parts[name] for name, piece in _template()]
+
+
+_PLAYER = b"controls loop muted autoplay playsinline"
+
+
+@functools.lru_cache(maxsize=1)
+def _template() -> tuple[tuple[str | None, bytes], ...]:
+    """The page without its contents: pieces of text, and between them names of what goes there."""
+    text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
+    words = re.split(r"\$(title|video|layout|glb|viewer)\b", text)
+    pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
+    return tuple((None, viewer_script().encode()) if name == "viewer" else (name, piece) for name, piece in pieces)
 
 
 def write_character_page(path: str | os.PathLike[str], character: Character, clips: Clips) -> None:

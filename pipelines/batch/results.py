@@ -40,7 +40,7 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
         "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name, "photo": row.photo, "action": row.motion.action,
         "model": row.motion.model, "motion": row.motion.motion or "", "seed": row.motion.seed, "frames": row.motion.frames,
         "views": row.look.views or "", "size": row.look.size, "seconds": round(result.seconds, 3), "problem": result.problem,
-        "notes": " ".join(result.notes), "trace": result.trace, "key": job.tasks[-1].key if job.tasks else "",
+        "notes": " ".join((*job.notes, *result.notes)), "trace": result.trace, "key": job.tasks[-1].key if job.tasks else "",
         "files": {path.name: path.stat().st_size for path in written},
     }  # fmt: skip
     with atomic_path(folder / RECORD) as temporary:

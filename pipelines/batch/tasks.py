@@ -109,11 +109,14 @@ class Job:
         Its folder: words of the row and digits of all that was asked for, never more than a plain name.
     tasks : tuple of Task
         Person, motion, video; empty where the row has a problem.
+    notes : tuple of str
+        What the words of its action were taken for.
     """
 
     row: Row
     name: str
     tasks: tuple[Task, ...]
+    notes: tuple[str, ...] = ()
 
 
 class Planner:
@@ -124,8 +127,10 @@ class Planner:
         self._stages = stages.parameters()
         self._person = functools.lru_cache(maxsize=None)(self._read_person)
         self._motion = functools.lru_cache(maxsize=None)(MotionOptions.parameters)
+        self._explained = functools.lru_cache(maxsize=None)(MotionOptions.explained)
         self._look = functools.lru_cache(maxsize=None)(self._read_look)
         self._files: dict[str, Ref[Any]] = {}
+        self._digests: dict[int, _Digest] = {}
         self._first_of: dict[tuple[str, str], str] = {}
 
     def job(self, row: Row) -> Job:
@@ -137,11 +142,12 @@ class Planner:
         except InputError as error:
             return Job(dataclasses.replace(row, problem=str(error)), folder_name(row, None), ())
         recorded = row.motion.motion is not None
-        person, motion = (self._make(kind, parameters, recorded) for kind in ("person", "motion"))
-        video = self._make("video", parameters, recorded)
+        digests = {name: self._digest(value) for name, value in parameters.items()}
+        person, motion, video = (self._make(kind, parameters, digests, recorded) for kind in ("person", "motion", "video"))
         first = self._first_of.setdefault((person.key, motion.key), video.key)  # its poses and cameras serve the others
         after = (person.key, motion.key, *([first] if first != video.key else []))
-        return Job(row, folder_name(row, parameters), (person, motion, dataclasses.replace(video, after=after)))
+        notes = tuple(self._explained(dataclasses.replace(row.motion, seed=0)))
+        return Job(row, folder_name(row, digests), (person, motion, dataclasses.replace(video, after=after)), notes)
 
     def _read_person(self, photo: str, mask: str | None, keypoints: str | None) -> Parameters:
         return photo_parameters(self._store, photo, mask=mask, keypoints=keypoints, **self._stages)
@@ -154,10 +160,17 @@ class Planner:
     def _read_look(self, look: LookOptions) -> Parameters:
         return look.parameters(self._store)
 
-    def _make(self, kind: Kind, parameters: Parameters, recorded: bool) -> Task:
-        own = {name: parameters[name] for name in inputs_of(steps_of(kind, recorded))}
+    def _digest(self, value: Any) -> _Digest:
+        """Rows share most of their parameters, which are digested once."""
+        known = self._digests.get(id(value))
+        if known is None:
+            known = self._digests[id(value)] = _Digest.of(value)
+        return known
+
+    def _make(self, kind: Kind, parameters: Parameters, digests: Mapping[str, _Digest], recorded: bool) -> Task:
+        own = {name: parameters[name] for name in _inputs(kind, recorded)}
         files = {value.digest: self._stored(value) for value in own.values() if isinstance(value, File) and self._store.remote}
-        return Task(kind, make_key(kind, own, recorded), own, recorded, files=files)
+        return Task(kind, make_key(kind, {name: digests[name] for name in own}, recorded), own, recorded, files=files)
 
     def _stored(self, file: File) -> Ref[Any]:
         from pipelines.inputs import put_file
@@ -180,17 +193,47 @@ def _codes(kind: Kind, recorded: bool) -> tuple[str, ...]:
     return tuple(step.node.code() for step in steps_of(kind, recorded))
 
 
-def make_key(kind: Kind, parameters: Parameters, recorded: bool) -> str:
+@functools.cache
+def _inputs(kind: Kind, recorded: bool) -> tuple[str, ...]:
+    return inputs_of(steps_of(kind, recorded))
+
+
+@dataclass(frozen=True)
+class _Digest:
+    """A parameter's part of keys and names.
+
+    Attributes
+    ----------
+    value : the parameter itself, so that its `id` stays its own
+    hash : str
+    text : str
+    """
+
+    value: Any
+    hash: str
+    text: str
+
+    @classmethod
+    def of(cls, value: Any) -> _Digest:
+        known = plain(value)
+        return cls(value, str(joblib.hash(known)), repr(known))
+
+
+def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool) -> str:
     """What names a task's result: its nodes' code and its parameters."""
-    return str(joblib.hash([kind, _codes(kind, recorded), plain(parameters)]))
+    named = sorted((name, digest.hash) for name, digest in parameters.items())
+    return digest_of(repr([kind, _codes(kind, recorded), named]).encode())
 
 
-def folder_name(row: Row, parameters: Parameters | None) -> str:
+def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
     """A plain name for a job's folder: words for people, and digits that only equal jobs share."""
     words = [row.name] if row.name else [Path(row.photo).stem, row.motion.action or Path(row.motion.motion or "").stem]
     text = re.sub(r"[^A-Za-z0-9]+", "-", "-".join(words)).strip("-")[:60] or "job"
-    what = plain(dataclasses.replace(row, number=0, problem="") if parameters is None else parameters)
-    return f"{text}-{digest_of(repr(what).encode())[:10]}"
+    if parameters is None:
+        what = repr(plain(dataclasses.replace(row, number=0, problem="")))
+    else:
+        what = f"{{{', '.join(f'{name!r}: {digest.text}' for name, digest in parameters.items())}}}"
+    return f"{text}-{digest_of(what.encode())[:10]}"
 
 
 # --- in the worker
@@ -212,7 +255,9 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
             return Result(problem=f"{text}{' and more' * (len(other) > 4)} differ; install the same version there", strange=True)
         if (known := recall(task, store)) is not None:
             return known
-        given: dict[str, Any] = {name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()}
+        given: dict[str, Any] = {
+            name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()
+        }
         with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
             outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
         seconds = time.perf_counter() - begun

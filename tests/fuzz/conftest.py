@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import tempfile
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.configuration import set_hypothesis_home_dir
+
+from tests.support.hostile import TALLY
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
 settings.register_profile(
@@ -14,3 +17,11 @@ settings.register_profile(
 )
 settings.load_profile("a2v")
 set_hypothesis_home_dir(tempfile.gettempdir())
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say how much was tried."""
+    if TALLY.cases:
+        terminalreporter.write_line(
+            f"{TALLY.cases:,} hostile inputs: the slowest took {TALLY.slowest:.1f} s of processor time, none more than {TALLY.megabytes:.0f} MB"
+        )

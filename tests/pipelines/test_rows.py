@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,12 @@ import pytest
 from a2v.errors import InputError
 from pipelines.batch import rows
 from pipelines.batch.rows import Row, read_rows
-from pipelines.batch.tasks import folder_name
-from pipelines.inputs import LookOptions
-from pipelines.motion_options import MotionOptions
+from pipelines.batch.tasks import Planner, folder_name
+from pipelines.inputs import LookOptions, MovingStages
+from pipelines.motion_options import MotionOptions, motion_inputs
+from pipelines.store import Store
+
+SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 
 def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]:
@@ -21,7 +25,9 @@ def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]
 
 
 def test_csv_and_yaml_say_the_same(tmp_path):
-    table = read(tmp_path, b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n')
+    table = read(
+        tmp_path, b'\xef\xbb\xbfphoto, action ,seed,Render-Seed,fps,denoise\r\nme.jpg,"Walk, Jump",3,7,12.5,no\r\n\r\nyou.jpg,Run,,,,\r\n'
+    )
     listed = read(
         tmp_path,
         "- {photo: me.jpg, action: [Walk, ' Jump'], seed: 3, render-seed: 7, fps: 12.5, denoise: false}\n- {photo: you.jpg, action: Run}\n",
@@ -52,10 +58,29 @@ def test_a_table_that_is_none_is_told_in_one_line(tmp_path, text, words):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["photo: x", "- 3", "- [a", "!!python/object/apply:os.system [true]", "&a [*a, *a]", "- {photo: 2001-01-01}\n- x"])
+@pytest.mark.parametrize(
+    "text", ["photo: x", "- 3", "- [a", "!!python/object/apply:os.system [true]", "&a [*a, *a]", "- {photo: 2001-01-01}\n- x"]
+)
 def test_yaml_is_read_without_running_anything(tmp_path, text):
     with pytest.raises(InputError):
         read(tmp_path, text, "jobs.yml")
+
+
+def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
+    shutil.copy(SAMPLE, tmp_path / "me.jpg")
+    table = read(tmp_path, 'photo,action,seed\nme.jpg,"walk slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n')
+    listed = read(tmp_path, "- {photo: me.jpg, action: [walk slowly, then jump], seed: 1}\n", "jobs.yaml")
+    planner = Planner(Store(tmp_path / "store"), MovingStages())
+    prompt, plain, nonsense, same = map(planner.job, [*table, *listed])
+    expected = motion_inputs(action="walk slowly, then jump", model="cmu", frames=8)
+    assert prompt.tasks[1].parameters["steps"] == expected["steps"]
+    assert [step.action for step in expected["steps"]] == ["Walk", "Jump"]
+    assert "walk slowly" in " ".join(prompt.notes)
+    assert plain.notes == ()
+    assert prompt.tasks[0].key == plain.tasks[0].key
+    assert prompt.tasks[1].key == same.tasks[1].key != plain.tasks[1].key
+    assert "juggle" in nonsense.row.problem
+    assert not nonsense.tasks
 
 
 def test_many_rows_are_too_many(tmp_path, monkeypatch):

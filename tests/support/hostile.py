@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import copy
+import resource
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,19 @@ from hypothesis.extra import numpy as arrays
 from a2v.errors import A2VError
 
 SECONDS = 10.0
+MEGABYTES = 1000.0
+
+
+@dataclass
+class Tally:
+    """What was tried so far: cases, the slowest one's seconds, and an upper bound of the memory that one of them took."""
+
+    cases: int = 0
+    slowest: float = 0.0
+    megabytes: float = 0.0
+
+
+TALLY = Tally()
 
 NUMBERS = st.one_of(
     st.sampled_from(
@@ -34,16 +50,26 @@ VALUES = st.recursive(
 
 
 def owes_a_sentence(read: Callable[[], object]) -> None:
-    """Run a reader: it gives a value, or raises an error of a2v of one short line, and soon."""
-    begun, said = time.monotonic(), "a value"
+    """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within a gigabyte."""
+    begun, said, before = time.process_time(), "a value", _resident()
     try:
         read()
     except A2VError as error:
         said = str(error)
+    seconds = time.process_time() - begun  # the machine may be busy
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 - before
+    TALLY.cases, TALLY.slowest, TALLY.megabytes = TALLY.cases + 1, max(TALLY.slowest, seconds), max(TALLY.megabytes, megabytes)
     assert said
     assert "\n" not in said
     assert len(said) < 1500
-    assert time.monotonic() - begun < SECONDS
+    assert seconds < SECONDS
+    assert megabytes < MEGABYTES
+
+
+def _resident() -> float:
+    """Megabytes of this process now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
 
 
 def _paths(tree: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

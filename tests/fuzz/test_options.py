@@ -1,0 +1,126 @@
+"""Every option of every command, and tables of jobs, with hostile values: they are taken or refused in one sentence."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib
+import io
+import json
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from a2v.errors import A2VError
+from pipelines.batch.rows import read_rows
+from pipelines.batch.tasks import Planner
+from pipelines.cli import COMMANDS, main
+from pipelines.inputs import LookOptions, MovingStages
+from pipelines.motion_options import MotionOptions
+from pipelines.options import actions_of, parse
+from pipelines.store import Store
+from tests.fuzz.conftest import COUNT
+from tests.support.hostile import NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = sorted(path.stem for path in (ROOT / "pipelines" / "commands").glob("*.py") if path.stem.split("_")[0] in COMMANDS)
+WORDS = st.one_of(
+    st.sampled_from(
+        ["", "-", "--", "a" * 5000, "/dev/zero", "/", "..", "null", "[]", "{}", "1,2", "nan", "1_000", "٣", "0x10", "!!python/name:os"]
+    ),
+    TEXTS,
+    NUMBERS.map(lambda number: str(number) if abs(number) != 10**400 else "1" + "0" * 400),
+    VALUES.map(lambda value: repr(value)[:2000]),
+).map(lambda text: text.replace("\0", ""))
+
+
+def command(name: str) -> ModuleType:
+    return importlib.import_module(f"pipelines.commands.{name}")
+
+
+@functools.cache
+def names_of(module: ModuleType) -> list[str]:
+    found = [name for action in actions_of(module.Options) for name in action.option_strings[:1] if name.startswith("--")]
+    return [name for name in found if name != "--help-all"]
+
+
+@st.composite
+def given_options(draw: st.DrawFn, names: list[str]) -> list[str]:
+    chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3))
+    return [f"{name}={draw(WORDS)}" for name in chosen]
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
+@settings(max_examples=COUNT or 4)
+@given(data=st.data())
+def test_options(name, data):
+    module = command(name)
+    words = data.draw(given_options(names_of(module)))
+    owes_a_sentence(lambda: parse(module.Options, words, command=name, about="", examples=""))
+
+
+def end(words: list[str]) -> None:
+    """Run a command to its end in a folder of its own; it succeeds, or says one sentence."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        code = main(words)
+    assert code in (0, 2)
+    if code:
+        raise A2VError(said.getvalue().strip().split("\n")[-1])
+
+
+MOTION = [name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")]
+
+
+@given(given_options(MOTION))
+def test_motions(words):
+    with tempfile.TemporaryDirectory() as folder:
+        base = ["motion", "--action=Walk", "--frames=4", "--model=humanact12", f"--out={folder}/a.npz"]
+        owes_a_sentence(lambda: end([*base, *words]))
+
+
+VIDEO = ["--action", "--model", "--motion", "--frames", "--fps", "--seed", "--views", "--camera", "--background", "--size", "--spp", "--variant",
+         "--render-seed", "--mask", "--keypoints", "--photo"]  # fmt: skip
+
+
+@given(given_options(VIDEO))
+def test_videos_as_far_as_their_motion(words):
+    with tempfile.TemporaryDirectory() as folder:
+        base = ["video", f"--photo={ROOT / 'a2v/samples/person.jpg'}", "--action=Jump", "--model=humanact12", "--frames=4", "--only=motion"]
+        base += [f"--out={folder}/out", f"--cache={folder}/store", "--executor=serial", "--quiet"]
+        owes_a_sentence(lambda: end([*base, *words]))
+
+
+ROW: dict[str, Any] = {
+    "name": "a",
+    "photo": "me.jpg",
+    "action": "Walk",
+    "seed": 4,
+    "views": "front",
+    "fps": 12.5,
+    "denoise": True,
+    "size": 64,
+}
+TABLE = 'name,photo,action,seed,views\na,me.jpg,Walk,4,front\nb,me.jpg,"Walk,Jump",,\n'
+
+
+@given(st.one_of(trees([ROW, ROW]).map(lambda tree: (json.dumps(tree), ".yaml")), retold(TABLE).map(lambda text: (text, ".csv"))))
+def test_tables_of_jobs(table):
+    text, suffix = table
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"jobs{suffix}"
+        path.write_bytes(text.encode("utf-8", "surrogatepass"))
+        (Path(folder) / "me.jpg").write_bytes((ROOT / "a2v/samples/person.jpg").read_bytes())
+
+        def plan() -> None:
+            planner = Planner(Store(Path(folder) / "store"), MovingStages())
+            for job in map(planner.job, read_rows(path, MotionOptions(frames=4), LookOptions(size=64))):
+                assert "\n" not in job.row.problem
+                assert (Path(folder) / job.name).parent == Path(folder)
+
+        owes_a_sentence(plan)

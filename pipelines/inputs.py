@@ -20,8 +20,8 @@ from a2v.io import clear_leftovers, read_bytes
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.edit import Edit
 from a2v.perception import PerceptionSettings
-from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
-from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
+from a2v.reconstruction import ColorSettings, ImplicitSettings, PapersSettings, SurfaceSettings
+from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS, BackendSettings
 from a2v.types import VIEWS, RenderSettings
 from pipelines.executors import EXECUTORS, ExecutorName
 from pipelines.graph import Parameters
@@ -163,6 +163,11 @@ class CharacterStages:
     backend: str = option(
         f"how the person is reconstructed: {' or '.join(SETTINGS)}", default=DEFAULT_BACKEND, choices=tuple(SETTINGS), metavar="NAME"
     )
+    pifuhd: str = option("PIFuHD's checkpoint, your own file, for the backend papers", default="", metavar="FILE", rare=True)
+    pifu_geometry: str = option(
+        "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs", default="", metavar="FILE", rare=True
+    )
+    pifu_color: str = option("PIFu's net_C, likewise: colours of what the photo does not show", default="", metavar="FILE", rare=True)
     perception: PerceptionSettings = settings(PerceptionSettings)
     fit: FitSettings = settings(FitSettings)
     implicit: ImplicitSettings = settings(ImplicitSettings)
@@ -170,9 +175,14 @@ class CharacterStages:
     color: ColorSettings = settings(ColorSettings)
     bind: BindSettings = settings(BindSettings)
 
+    @property
+    def papers(self) -> PapersSettings:
+        """The settings of the backend papers."""
+        return PapersSettings(pifuhd=self.pifuhd, pifu_geometry=self.pifu_geometry, pifu_color=self.pifu_color)
+
     def parameters(self) -> Parameters:
         """Each stage's settings by the name that the graph has for them."""
-        shapes: dict[str, SurfaceSettings | ImplicitSettings] = {"pifu": self.implicit, "body-prior": self.shape}
+        shapes: dict[str, BackendSettings] = {"pifu": self.implicit, "body-prior": self.shape, "papers": self.papers}
         known = {"perception": self.perception, "fit": self.fit, "shape": _with_digest(shapes[self.backend])}
         return {**known, "color": self.color, "bind": self.bind}
 
@@ -189,12 +199,14 @@ class MovingStages(CharacterStages):
         return {**super().parameters(), "retarget": self.retarget, "deform": self.deform}
 
 
-def _with_digest(shape: SurfaceSettings | ImplicitSettings) -> SurfaceSettings | ImplicitSettings:
+def _with_digest(shape: BackendSettings) -> BackendSettings:
     """A backend's settings with the digest of its weights, which remembered results go by."""
     from a2v.reconstruction.implicit import ImplicitModel
 
     if isinstance(shape, ImplicitSettings):
         return dataclasses.replace(shape, digest=ImplicitModel.load(shape.weights or None).digest)
+    if isinstance(shape, PapersSettings):
+        return dataclasses.replace(shape, digest=shape.files_digest())
     return shape
 
 
@@ -209,7 +221,13 @@ class RunOptions:
     quiet: bool = flag("no progress bars")
 
     def run(
-        self, targets: str | Sequence[str], parameters: Mapping[str, object], *, graph: Graph | None = None, start: str | None = None
+        self,
+        targets: str | Sequence[str],
+        parameters: Mapping[str, object],
+        *,
+        graph: Graph | None = None,
+        start: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
     ) -> Outcome:
         """Compute `targets` with bars, as `pipelines.run.run` does."""
         from pipelines.progress import Bars
@@ -219,7 +237,7 @@ class RunOptions:
         try:
             return run(
                 targets, graph=graph, executor=self.executor, workers=self.workers, address=self.address, store=Store(self.cache),
-                start=start, progress=bars, **given,
+                start=start, overrides=overrides, progress=bars, **given,
             )  # fmt: skip
         finally:
             bars.close()

@@ -10,6 +10,7 @@ from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
+from a2v.reconstruction.papers import PapersSettings, papers_surface
 from a2v.reconstruction.sheet import surface_sheet
 
 __all__ = [
@@ -17,11 +18,13 @@ __all__ = [
     "ColorSolution",
     "ExtractionSettings",
     "ImplicitSettings",
+    "PapersSettings",
     "SurfaceSettings",
     "body_prior_surface",
     "color_surface",
     "extract_surface",
     "implicit_surface",
+    "papers_surface",
     "solve_colors",
     "surface_sheet",
 ]

@@ -12,10 +12,14 @@ from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
+from a2v.reconstruction.papers.surface import PapersSettings, papers_surface
 from a2v.types import Body, OrthographicCamera, Progress, Reconstruction, Subject, Surface
 
 Backend = Callable[[Subject, Body, OrthographicCamera], Reconstruction]
 """``(subject, fitted body, its camera) -> reconstruction``."""
+
+BackendSettings = SurfaceSettings | ImplicitSettings | PapersSettings
+"""The settings of any backend; their type says which one is meant."""
 
 Coloring = Callable[[Reconstruction, Subject, Body, OrthographicCamera], Surface]
 """``(reconstruction, subject, fitted body, its camera) -> coloured surface``."""
@@ -25,11 +29,14 @@ def reconstruct(
     subject: Subject,
     body: Body,
     camera: OrthographicCamera,
-    settings: SurfaceSettings | ImplicitSettings,
+    settings: BackendSettings,
     *,
     progress: Progress | None = None,
 ) -> Reconstruction:
-    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`, and their errors."""
+    """The person's surface by the backend that `settings` belong to; see `body_prior_surface`, `implicit_surface`, `papers_surface`, and their errors."""
+    if isinstance(settings, PapersSettings):
+        shape, expected = papers_surface(subject, body, camera, settings=settings, progress=progress)
+        return Reconstruction(surface=shape, backend="papers", expected_colors=expected)
     if isinstance(settings, ImplicitSettings):
         surface = implicit_surface(subject, body, camera, settings=settings, progress=progress)
         return Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
@@ -37,11 +44,13 @@ def reconstruct(
     return Reconstruction(surface=surface, backend="body-prior", from_body=True)
 
 
-def _backend(settings: SurfaceSettings | ImplicitSettings) -> Backend:
+def _backend(settings: BackendSettings) -> Backend:
     return lambda subject, body, camera: reconstruct(subject, body, camera, settings)
 
 
-SETTINGS: Mapping[str, SurfaceSettings | ImplicitSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
+SETTINGS: Mapping[str, BackendSettings] = {
+    "pifu": ImplicitSettings(), "body-prior": SurfaceSettings(), "papers": PapersSettings(),
+}  # fmt: skip
 """Default settings of each backend; their type says which backend is meant."""
 DEFAULT_BACKEND = "pifu"
 BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings in SETTINGS.items()}
@@ -69,7 +78,7 @@ def backend_digest(name: str, weights: str = "") -> str:
     return ImplicitModel.load(settings.weights or None).digest
 
 
-def _with_weights(name: str, weights: str) -> SurfaceSettings | ImplicitSettings:
+def _with_weights(name: str, weights: str) -> BackendSettings:
     settings = SETTINGS[name]
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from a2v.reconstruction import ColorSettings, ImplicitSettings, SurfaceSettings
+from a2v.reconstruction import ColorSettings
+from a2v.reconstruction.backends import BackendSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.memo import memo, progress
 from pipelines.store import Ref, get, put
@@ -10,7 +11,7 @@ from pipelines.store import Ref, get, put
 
 @memo()
 def surface(
-    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: SurfaceSettings | ImplicitSettings
+    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: BackendSettings
 ) -> Ref[Reconstruction]:
     """Reconstruct the person with clothes and hair; whose settings are given says by which backend."""
     from a2v.reconstruction.backends import reconstruct

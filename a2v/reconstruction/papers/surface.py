@@ -1,0 +1,194 @@
+"""A person's surface by the papers' own networks, from the user's checkpoints."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.visibility import person_box, silhouette_iou
+from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
+from a2v.reconstruction.implicit.inputs import Frame, make_frame
+from a2v.sessions import file_digest
+from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
+
+MARGIN = 0.06
+"""Metres around the body's and the mask's box in which the surface is looked for."""
+STEEPNESS = 0.06
+"""Metres that an occupancy of one half less stands for; see `_distance`."""
+
+
+@dataclass(frozen=True)
+class PapersSettings:
+    """The checkpoints, and how the field becomes a surface.
+
+    With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which needs `pifu_geometry`, colours that the
+    photo did not see are PIFu's; without, the front is mirrored.
+
+    Attributes
+    ----------
+    pifuhd, pifu_geometry, pifu_color : str
+        Files; "" for none.
+    pixels : int
+        Side of the picture that PIFu and PIFuHD's coarse level see; the fine one sees twice that.
+    resolution : int
+        Cells of the finest grid over the person's longer side.
+    vertices : int
+        Vertices to aim at, at least 25,000.
+    digest : str
+        Of the files; "" for any.
+    """
+
+    pifuhd: str = ""
+    pifu_geometry: str = ""
+    pifu_color: str = ""
+    pixels: int = 512
+    resolution: int = 256
+    vertices: int = 36_000
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        self.extraction  # noqa: B018  checks resolution and vertices
+        if self.pixels < 64 or self.pixels % 32:
+            raise InputError(f"pixels is {self.pixels}; expected a multiple of 32 from 64 on")
+
+    @property
+    def extraction(self) -> ExtractionSettings:
+        """The settings of `extract_surface`."""
+        return ExtractionSettings(resolution=self.resolution, vertices=self.vertices, snap=0)
+
+    def files_digest(self) -> str:
+        """SHA-256 over the files.
+
+        Raises
+        ------
+        InputError
+            None is given, one does not exist, or the colours' one stands alone.
+        """
+        from pathlib import Path
+
+        if not self.pifuhd and not self.pifu_geometry:
+            raise InputError(
+                "the backend 'papers' needs --pifuhd FILE or --pifu-geometry FILE, your own checkpoints; see docs/reconstruction.md"
+            )
+        if self.pifu_color and not self.pifu_geometry:
+            raise InputError("--pifu-color needs --pifu-geometry FILE too: PIFu's colours see its geometry's features")
+        digest = hashlib.sha256()
+        for name in (self.pifuhd, self.pifu_geometry, self.pifu_color):
+            if name and not Path(name).is_file():
+                raise InputError(f"{name} does not exist; give the checkpoint's file")
+            digest.update((file_digest(Path(name)) if name else "-").encode())
+        return digest.hexdigest()
+
+
+def papers_surface(
+    subject: Subject, body: Body, camera: OrthographicCamera, *, settings: PapersSettings, progress: Progress | None = None
+) -> tuple[Surface, FloatArray | None]:
+    """Reconstruct the person by PIFuHD or PIFu; the fitted body only says where the person is.
+
+    Parameters
+    ----------
+    subject, body, camera
+        See `a2v.reconstruction.implicit_surface`.
+    settings : PapersSettings
+    progress : Progress, optional
+
+    Returns
+    -------
+    surface : Surface
+        One watertight piece.
+    colors : (V, 3) float32 or None
+        What PIFu expects of the colours (c^p of Eq. 14), where it was given.
+
+    Raises
+    ------
+    InputError
+        A checkpoint is missing or of another network, the mask is empty, or the networks see nobody.
+    """
+    import torch
+
+    digest = settings.files_digest()
+    if settings.digest not in ("", digest):
+        raise InputError(f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile")
+    bounds = person_box(body.vertices, subject.mask > 0.5, camera)
+    place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
+    with torch.inference_mode():
+        occupancy = _occupancy(place, settings)
+        box = np.stack([bounds[0] - MARGIN, bounds[1] + MARGIN])
+        vertices, faces = extract_surface(lambda points: _distance(occupancy(points)), box, settings=settings.extraction, progress=progress)
+        colors = _colors(place, settings, vertices) if settings.pifu_color else None
+    provenance = {
+        "backend": "papers", "digest": digest, "geometry": "pifuhd" if settings.pifuhd else "pifu",
+        "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
+    }  # fmt: skip
+    shown = np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors
+    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=shown, provenance=provenance)
+    return surface, colors
+
+
+class _Placement:
+    """Where the networks' cube [-1, 1] lies: the square around the person, as deep as it is wide, around the body's mean depth."""
+
+    def __init__(self, subject: Subject, camera: OrthographicCamera, depth: float, pixels: int) -> None:
+        self._subject, self._camera, self._depth, self.pixels = subject, camera, depth, pixels
+
+    def image(self, pixels: int) -> FloatArray:
+        """The masked picture (1, 3, pixels, pixels) in [-1, 1], 0 where the person is not."""
+        frame = self._frame(pixels)
+        values = (frame.image.astype(np.float32) / 127.5 - 1) * frame.mask[..., None]
+        return np.ascontiguousarray(values.transpose(2, 0, 1)[None], np.float32)
+
+    def points(self, points: FloatArray) -> FloatArray:
+        """Points (N, 3), metres, in the cube: x right, y down, z to the camera."""
+        camera = self._frame(self.pixels).camera
+        places = camera.project(points) / (self.pixels / 2) - 1
+        depth = (points[:, 2] - self._depth) * camera.scale / (self.pixels / 2)
+        return np.asarray(np.concatenate([places, depth[:, None]], axis=1), np.float32)
+
+    def _frame(self, pixels: int) -> Frame:
+        if getattr(self, "_kept", (0, None))[0] != pixels:
+            self._kept = (pixels, make_frame(self._subject.image, self._subject.mask, self._camera, pixels))
+        return self._kept[1]
+
+
+def _occupancy(place: _Placement, settings: PapersSettings) -> Callable[[FloatArray], FloatArray]:
+    """The chance that points, metres, lie in the person, by the chosen network."""
+    import torch
+
+    from a2v.reconstruction.papers.models import PIFuGeometry, PIFuHD
+
+    network = PIFuHD(settings.pifuhd) if settings.pifuhd else PIFuGeometry(settings.pifu_geometry)
+    image = torch.from_numpy(place.image(2 * place.pixels if settings.pifuhd else place.pixels))
+    features = network.see(image)
+
+    def at(points: FloatArray) -> FloatArray:
+        with torch.inference_mode():
+            parts = torch.split(torch.from_numpy(place.points(points)), 8192)
+            chances: Any = torch.cat([network.occupancy(features, given) for given in parts]).numpy()  # type: ignore[arg-type]
+            found: FloatArray = np.asarray(chances, np.float32)
+            return found
+
+    return at
+
+
+def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -> FloatArray:
+    """PIFu's colours (V, 3) of vertices (V, 3)."""
+    import torch
+
+    from a2v.reconstruction.papers.models import PIFuColor, PIFuGeometry
+
+    image = torch.from_numpy(place.image(place.pixels))
+    network = PIFuColor(settings.pifu_color)
+    features = network.see(image, PIFuGeometry(settings.pifu_geometry).see(image))
+    parts = torch.split(torch.from_numpy(place.points(vertices)), 8192)
+    colors = torch.cat([network.colors(features, given) for given in parts]).numpy()
+    return np.clip(colors, 0, 1).astype(np.float32)
+
+
+def _distance(occupancy: FloatArray) -> FloatArray:
+    """A field that is negative inside, for `extract_surface`: saturated occupancies are so far away that no cell is refined for them."""
+    return STEEPNESS * (0.5 - occupancy)

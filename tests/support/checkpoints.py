@@ -1,0 +1,153 @@
+"""Checkpoints in the layouts of PIFu and PIFuHD: every name and shape spelled out, random weights or chosen ones."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+State = dict[str, Tensor]
+
+
+class Writer:
+    """Names tensors; `weights` are small random numbers, biases 0, norms 1 and 0."""
+
+    def __init__(self, seed: int = 0) -> None:
+        self.state: State = {}
+        self.draws = torch.Generator().manual_seed(seed)
+
+    def conv(self, name: str, *shape: int, bias: bool = True, scale: float = 0.05, outputs: int = 0) -> None:
+        self.state[f"{name}.weight"] = scale * torch.randn(*shape, generator=self.draws)
+        if bias:
+            self.state[f"{name}.bias"] = torch.zeros(outputs or shape[0])
+
+    def norm(self, name: str, width: int) -> None:
+        self.state[f"{name}.weight"], self.state[f"{name}.bias"] = torch.ones(width), torch.zeros(width)
+
+    def block(self, name: str, before: int, after: int) -> None:
+        half, quarter = after // 2, after // 4
+        for index, (inputs, outputs) in enumerate(((before, half), (half, quarter), (quarter, quarter)), 1):
+            self.conv(f"{name}.conv{index}", outputs, inputs, 3, 3, bias=False)
+            self.norm(f"{name}.bn{index}", inputs)
+        self.norm(f"{name}.bn4", before)
+        if before != after:
+            self.norm(f"{name}.downsample.0", before)
+            self.conv(f"{name}.downsample.2", after, before, 1, 1, bias=False)
+
+    def hourglasses(self, prefix: str, *, inputs: int, stacks: int, features: int, depth: int = 2) -> None:
+        self.conv(f"{prefix}conv1", 64, inputs, 7, 7)
+        self.norm(f"{prefix}bn1", 64)
+        for name, before, after in (("conv2", 64, 128), ("conv3", 128, 128), ("conv4", 128, 256)):
+            self.block(prefix + name, before, after)
+        for index in range(stacks):
+            for level in range(1, depth + 1):
+                for name in ("b1", "b2", "b3", *(("b2_plus",) if level == 1 else ())):
+                    self.block(f"{prefix}m{index}.{name}_{level}", 256, 256)
+            self.block(f"{prefix}top_m_{index}", 256, 256)
+            self.conv(f"{prefix}conv_last{index}", 256, 256, 1, 1)
+            self.norm(f"{prefix}bn_end{index}", 256)
+            self.conv(f"{prefix}l{index}", features, 256, 1, 1)
+            if index < stacks - 1:
+                self.conv(f"{prefix}bl{index}", 256, 256, 1, 1)
+                self.conv(f"{prefix}al{index}", 256, features, 1, 1)
+
+    def points(self, prefix: str, widths: tuple[int, ...], again: tuple[int, ...], style: str = "conv", norms: bool = False) -> None:
+        for index, (before, after) in enumerate(itertools.pairwise(widths)):
+            self.conv(f"{prefix}{style}{index}", after, before + widths[0] * (index in again), 1)
+            if norms and index < len(widths) - 2:
+                self.norm(f"{prefix}norms.{index}", after)
+
+    def residual(
+        self, prefix: str, *, inputs: int, width: int, halvings: int, blocks: int, outputs: int = 0, learned: bool = False
+    ) -> None:
+        """`outputs` for PIFuHD's networks of normals; group norms and no biases if `learned`, as in PIFu's colours."""
+        self.conv(f"{prefix}model.1", width, inputs, 7, 7, bias=not learned)
+        at = 1
+        for step in range(halvings + 1):
+            if step:
+                self.conv(f"{prefix}model.{at}", 2 * width, width, 3, 3, bias=not learned)
+                width *= 2
+            if learned:
+                self.norm(f"{prefix}model.{at + 1}", width)
+            at += 3
+        for block in range(blocks):
+            for conv in (1, 5):
+                self.conv(f"{prefix}model.{at}.conv_block.{conv}", width, width, 3, 3, bias=not learned)
+                if learned and (conv == 1 or outputs or block < blocks - 1):
+                    self.norm(f"{prefix}model.{at}.conv_block.{conv + 1}", width)
+            at += 1
+        if outputs:
+            for _ in range(halvings):
+                self.conv(f"{prefix}model.{at}", width, width // 2, 3, 3, outputs=width // 2)
+                width //= 2
+                at += 3
+            self.conv(f"{prefix}model.{at + 1}", outputs, width, 7, 7)
+
+
+PIFU_WIDTHS = (257, 1024, 512, 256, 128, 1)
+
+
+def pifu_geometry(stacks: int = 4, widths: tuple[int, ...] = PIFU_WIDTHS, seed: int = 0) -> State:
+    """``net_G``."""
+    writer = Writer(seed)
+    writer.hourglasses("image_filter.", inputs=3, stacks=stacks, features=256)
+    writer.points("surface_classifier.", widths, (1, 2, 3, 4))
+    return writer.state
+
+
+def pifu_color(widths: tuple[int, ...] = (513, 1024, 512, 256, 128, 3), seed: int = 1) -> State:
+    """``net_C``."""
+    writer = Writer(seed)
+    writer.residual("image_filter.", inputs=3, width=64, halvings=2, blocks=6, learned=True)
+    writer.points("surface_classifier.", widths, (1, 2, 3, 4))
+    return writer.state
+
+
+def pifuhd(*, stacks: int = 4, normals: int = 64, blocks: int = 9, seed: int = 2) -> dict[str, object]:
+    """PIFuHD's file; `normals` is the first width of the networks of normals."""
+    writer = Writer(seed)
+    for side in ("netF", "netB"):
+        writer.residual(f"netG.{side}.", inputs=3, width=normals, halvings=4, blocks=blocks, outputs=3)
+    writer.hourglasses("netG.image_filter.", inputs=9, stacks=stacks, features=256)
+    writer.points("netG.mlp.", PIFU_WIDTHS, (2, 3, 4), "filters.", norms=True)
+    writer.hourglasses("image_filter.", inputs=6, stacks=1, features=16)
+    writer.points("mlp.", (272, 512, 256, 128, 1), (1, 2), "filters.", norms=True)
+    options = argparse.Namespace(loadSizeBig=1024, loadSizeLocal=512)
+    return {"model_state_dict": writer.state, "opt": options, "opt_netG": options, "epoch": 9}
+
+
+def saved(content: object, path: Path) -> str:
+    """The path of a file that holds `content`."""
+    torch.save(content, path)
+    return str(path)
+
+
+def slab(front: float, back: float, inside: float) -> State:
+    """``net_G`` whose person is what is bright in the picture, between the depths `back` and `front` (in the network's own units).
+
+    Blocks without their convolutions pass on what they are given, so the features are the blurred picture: `inside` is their value there.
+    """
+    state = {name: torch.zeros_like(value) if value.ndim > 1 else value for name, value in pifu_geometry(1).items()}
+    for index in range(64):  # each channel beside its negative: group norms then only scale
+        state["image_filter.conv1.weight"][index, 0, 3, 3] = 1 - 2 * (index % 2)
+    for name, before in (("conv2", 64), ("conv4", 128)):
+        state[f"image_filter.{name}.downsample.2.weight"].fill_(1 / before)
+    for name in ("conv_last0", "l0"):
+        state[f"image_filter.{name}.weight"] = torch.eye(256)[:, :, None, None]
+    point = {name: value for name, value in state.items() if name.startswith("surface_classifier")}
+    for value in point.values():
+        value.zero_()
+    first, bias = point["surface_classifier.conv0.weight"], point["surface_classifier.conv0.bias"]
+    first[0, 0, 0], bias[0] = 1, -inside / 2  # bright
+    first[3, 0, 0], bias[3] = -1, inside / 2  # dark: the difference of both is linear, whatever the rectifier leaks
+    first[1, 256, 0], bias[1] = 1, -front  # before the front
+    first[2, 256, 0], bias[2] = -1, back  # behind the back
+    second = point["surface_classifier.conv1.weight"]
+    second[0, 0, 0], second[0, 3, 0], second[0, 1:3, 0] = 16 / inside, -16 / inside, -800
+    for index in (2, 3, 4):
+        point[f"surface_classifier.conv{index}.weight"][0, 0, 0] = 1
+    point["surface_classifier.conv1.bias"][0], point["surface_classifier.conv4.bias"][0] = 100, -100  # on the way nothing is negative
+    return state

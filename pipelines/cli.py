@@ -46,6 +46,7 @@ COMMANDS = {
     "train": "train a model",
     "data": "check and describe a data set",
     "studio": "make synthetic photographs to train the reconstruction on",
+    "compare": "one photo and motion by several methods, side by side",
     "survey": "make a user study, or analyse its answers",
     "dag": "draw the pipeline",
     "cache": "show or trim what is remembered",

@@ -13,7 +13,7 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -33,7 +33,17 @@ MAX_SOURCES = 12
 KEY_FORMAT = "a2v-survey-key/1"
 """Names the format of a survey's key."""
 
-Sources = Mapping[str, Mapping[str, Sequence[Motion]]]
+
+@dataclass(frozen=True)
+class Film:
+    """A finished clip: an action's name, the bytes of an MP4, and who made it (for the key)."""
+
+    action: str
+    mp4: bytes
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+Sources = Mapping[str, Mapping[str, Sequence[Motion | Film]]]
 """Clips by source (`REAL`, or a model's name) and action."""
 
 
@@ -75,14 +85,14 @@ class Survey:
     title : str
     questions : list of dict
         ``id``, ``kind`` ("preference" or "real"), ``action``, ``clips`` (anonymous names).
-    clips : dict of name to Motion
+    clips : dict of name to Motion or Film
     sources : dict of name to str
         Who made each clip.
     """
 
     title: str
     questions: list[dict[str, Any]]
-    clips: dict[str, Motion]
+    clips: dict[str, Motion | Film]
     sources: dict[str, str]
 
     @property
@@ -120,7 +130,7 @@ def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Sur
             f"{settings.preference} rankings of {len(sources)} and {settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
         )
     generator = np.random.default_rng(settings.seed)
-    clips: dict[str, Motion] = {}
+    clips: dict[str, Motion | Film] = {}
     owners: dict[str, str] = {}
     used: dict[tuple[str, str], int] = {}
 
@@ -186,8 +196,10 @@ def write_survey(
     return key_path
 
 
-def _video(motion: Motion, size: int) -> bytes:
-    """The clip as an MP4 of a stick figure; nothing in it tells where it comes from."""
+def _video(motion: Motion | Film, size: int) -> bytes:
+    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes from."""
+    if isinstance(motion, Film):
+        return motion.mp4
     from a2v.rendering.stickfigure import StickSettings, animate
     from a2v.rendering.video import write_video
 

@@ -108,6 +108,8 @@ class Record:
 
         Where `below` names one of the `sizes`, the numbers are indices: from `least` up to that size.
         """
+        if getattr(self, name) is None:  # a field that may be left out
+            return
         value = np.asarray(getattr(self, name))
         sizes = {} if sizes is None else sizes
         dims = value.shape[value.ndim - len(shape) :] if leading else value.shape

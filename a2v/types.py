@@ -1,8 +1,7 @@
 """The values on the arrows between stages: few, immutable, plain numbers.
 
-Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**, the
-person faces **+z**, so the person's left is **+x**; the ground is ``y = 0``; float32 at rest.
-Every type has `save` and `load` to one ``.npz`` (no pickles).
+Conventions (see ``docs/conventions.md``): metres, seconds, radians; right-handed axes, **y up**, the person faces **+z**, so the person's
+left is **+x**; the ground is ``y = 0``; float32 at rest. Every type has `save` and `load` to one ``.npz`` (no pickles).
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from a2v.errors import InputError
+from a2v.face import Face as Face
 from a2v.record import Record
 
 FloatArray = NDArray[np.floating[Any]]
@@ -83,8 +83,7 @@ class Motion(Record):
         self._check("rotations", ("T", "J", 3), sizes, leading=True)
         self._check("root", ("T", 3), sizes, leading=True)
         self._check("parents", ("J",), sizes)
-        if self.rest_offsets is not None:
-            self._check("rest_offsets", ("J", 3), sizes)
+        self._check("rest_offsets", ("J", 3), sizes)
         if len(self.joint_names) != sizes["J"]:
             raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
         if sizes["T"] < 1:
@@ -145,8 +144,7 @@ class OrthographicCamera(Record):
 
     def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
         """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3)."""
-        x = (pixels[..., 0] - self.center_u) / self.scale
-        y = (self.center_v - pixels[..., 1]) / self.scale
+        x, y = (pixels[..., 0] - self.center_u) / self.scale, (self.center_v - pixels[..., 1]) / self.scale
         return np.stack([x, y, np.broadcast_to(depth, x.shape)], axis=-1)
 
 
@@ -172,6 +170,8 @@ class Subject(Record):
         Width and height of the upright photo.
     warnings : tuple of str
         What the user should know (feet outside the photo, sideways person...).
+    face : (478, 3) float32 or None
+        Mediapipe's landmarks of the face: u, v and depth in pixels of `image`, larger is nearer; None where no face was seen.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -183,13 +183,14 @@ class Subject(Record):
     crop: tuple[int, ...]
     photo_size: tuple[int, ...]
     warnings: tuple[str, ...] = ()
+    face: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        sizes: dict[str, int] = {}
-        self._check("image", ("H", "W", 3), sizes)
-        self._check("mask", ("H", "W"), sizes)
+        self._check("image", (None, None, 3))
+        self._check("mask", self.image.shape[:2])
         self._check("keypoints", (33, 3))
         self._check("keypoints_3d", (33, 3))
+        self._check("face", (478, 3))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,6 +211,8 @@ class Surface(Record):
         sRGB; goes with `uv`. Row 0 is the top (v = 1).
     visible : (V,) bool or None
         Whether the photo's camera saw the vertex.
+    face : Face or None
+        Its expressions, where the photo shows a face from before.
     """
 
     vertices: FloatArray
@@ -218,6 +221,7 @@ class Surface(Record):
     uv: FloatArray | None = None
     texture: ByteArray | None = None
     visible: BoolArray | None = None
+    face: Face | None = None
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
@@ -226,10 +230,10 @@ class Surface(Record):
         self._check("colors", ("V", 3), sizes)
         if (self.uv is None) != (self.texture is None):
             raise InputError("Surface needs both uv and texture, or neither")
-        if self.uv is not None:
-            self._check("uv", ("F", 3, 2), sizes)
-        if self.visible is not None:
-            self._check("visible", ("V",), sizes)
+        self._check("uv", ("F", 3, 2), sizes)
+        self._check("visible", ("V",), sizes)
+        if self.face is not None:
+            self.face.check_vertices(sizes["V"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,8 +260,7 @@ class Reconstruction(Record):
     expected_colors: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        if self.expected_colors is not None:
-            self._check("expected_colors", (len(self.surface.vertices), 3))
+        self._check("expected_colors", (len(self.surface.vertices), 3))
 
 
 @dataclass(frozen=True, kw_only=True)

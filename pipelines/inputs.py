@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from a2v.animation import BindSettings, DeformSettings, RetargetSettings
+from a2v.animation import BindSettings, BlinkSettings, DeformSettings, RetargetSettings
 from a2v.body import FitSettings
 from a2v.errors import InputError
 from a2v.io import clear_leftovers, read_bytes
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.edit import Edit
 from a2v.perception import PerceptionSettings
-from a2v.reconstruction import ColorSettings, ImplicitSettings, PapersSettings, SurfaceSettings
+from a2v.reconstruction import ColorSettings, FaceSettings, ImplicitSettings, PapersSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS, BackendSettings
 from a2v.types import VIEWS, RenderSettings
 from pipelines.executors import EXECUTORS, ExecutorName
@@ -172,6 +172,7 @@ class CharacterStages:
     fit: FitSettings = settings(FitSettings)
     implicit: ImplicitSettings = settings(ImplicitSettings)
     shape: SurfaceSettings = settings(SurfaceSettings)
+    face: FaceSettings = settings(FaceSettings)
     color: ColorSettings = settings(ColorSettings)
     bind: BindSettings = settings(BindSettings)
 
@@ -184,7 +185,7 @@ class CharacterStages:
         """Each stage's settings by the name that the graph has for them."""
         shapes: dict[str, BackendSettings] = {"pifu": self.implicit, "body-prior": self.shape, "papers": self.papers}
         known = {"perception": self.perception, "fit": self.fit, "shape": _with_digest(shapes[self.backend])}
-        return {**known, "color": self.color, "bind": self.bind}
+        return {**known, "face": self.face, "color": self.color, "bind": self.bind}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,11 +193,12 @@ class MovingStages(CharacterStages):
     """Those and the settings of the stages from a motion to a moving character."""
 
     retarget: RetargetSettings = settings(RetargetSettings)
+    blink: BlinkSettings = settings(BlinkSettings)
     deform: DeformSettings = settings(DeformSettings)
 
     def parameters(self) -> Parameters:
         """Each stage's settings by the name that the graph has for them."""
-        return {**super().parameters(), "retarget": self.retarget, "deform": self.deform}
+        return {**super().parameters(), "retarget": self.retarget, "blink": self.blink, "deform": self.deform}
 
 
 def _with_digest(shape: BackendSettings) -> BackendSettings:

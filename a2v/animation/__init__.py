@@ -5,6 +5,7 @@ from a2v.animation.bind import BindSettings, bind, skin_of
 from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
+from a2v.animation.expressions import BlinkSettings, blinking, blinks, express
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
 from a2v.animation.rig_spec import RIGS, load_rig
@@ -15,14 +16,18 @@ __all__ = [
     "ArapDeformer",
     "ArapResult",
     "BindSettings",
+    "BlinkSettings",
     "ContactSettings",
     "DeformSettings",
     "RetargetSettings",
     "RigChange",
     "bind",
+    "blinking",
+    "blinks",
     "change_rig",
     "control_points",
     "deform",
+    "express",
     "load_rig",
     "prepare_rig",
     "put_rig_in_place",

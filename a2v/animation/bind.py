@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
-from a2v.types import Body, Character, FloatArray, IntArray, Surface
+from a2v.types import Body, Character, Face, FloatArray, IntArray, Surface
 
 
 @dataclass(frozen=True)
@@ -43,17 +44,23 @@ def skin_of(body: Body) -> Character:
 
     The four largest weights of each vertex are kept.
     """
-    bones = np.argsort(-body.weights, axis=1, kind="stable")[:, :4]
-    weights = np.take_along_axis(body.weights, bones, axis=1)
+    weights, bones = _four_largest(body.weights)
     colors = np.full(body.vertices.shape, 0.6, np.float32)
     return Character(
         surface=Surface(vertices=body.vertices, faces=body.faces, colors=colors),
         body=body,
-        weights=(weights / weights.sum(axis=1, keepdims=True)).astype(np.float32),
+        weights=weights.astype(np.float32),
         bones=bones.astype(np.int32),
         anchors=np.arange(len(body.vertices), dtype=np.int32),
         parts=body.parts,
     )
+
+
+def _four_largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
+    """The four largest of weights (V, B) of each vertex, (V, 4), largest first, with sum 1, and their bones (V, 4)."""
+    bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
+    largest = np.take_along_axis(weights, bones, axis=1).astype(np.float64)
+    return largest / largest.sum(axis=1, keepdims=True), bones
 
 
 def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, settings: BindSettings = BindSettings()) -> Character:
@@ -64,7 +71,7 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
        touches the hip belongs to what its own surface leads to. Known `parts` skip this.
     3. The cheapest body vertex *of that part* is the anchor (paper, Eq. 19).
     4. Skinning weights come from the anchors and are smoothed by a diffusion that trusts close, agreeing vertices and lets
-       loose ones follow; the four largest are kept.
+       loose ones follow; the four largest are kept. Vertices of ``surface.face`` that are the body's own keep its weights.
 
     Parameters
     ----------
@@ -90,9 +97,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     if len(vertices) == 0 or len(faces) == 0:
         raise InputError("the surface is empty; reconstruct it first")
-    normals = vertex_normals(vertices, faces)
     body_vertices = body.vertices.astype(np.float64)
-    body_normals = vertex_normals(body_vertices, body.faces.astype(np.int64))
+    normals, body_normals = vertex_normals(vertices, faces), vertex_normals(body_vertices, body.faces.astype(np.int64))
     tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
     if float(np.median(tree_distance)) > 0.5:
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
@@ -107,7 +113,7 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         chosen = _where_known(chosen, np.asarray(parts), present)
     anchors, price = (np.take_along_axis(table, chosen[:, None], axis=1)[:, 0] for table in (best, cost))
     weights, bones = _skin(anchors, price, normals, body_normals, tree_distance, body, area, stiffness, settings)
-    return Character(
+    bound = Character(
         surface=surface,
         body=body,
         weights=weights.astype(np.float32),
@@ -116,6 +122,17 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         parts=present[chosen].astype(np.int8),
         provenance={"bind": {name: getattr(settings, name) for name in settings.__dataclass_fields__}},
     )
+    return bound if surface.face is None else _with_twins(bound, surface.face)
+
+
+def _with_twins(character: Character, face: Face) -> Character:
+    """The character with the body's own weights where its surface is the body's."""
+    body, own, twins = character.body, face.patch, face.twins
+    weights, bones = character.weights.copy(), character.bones.copy()
+    anchors, parts = character.anchors.copy(), character.parts.copy()
+    weights[own], bones[own] = _four_largest(body.weights[twins])
+    anchors[own], parts[own] = twins, body.parts[twins]
+    return dataclasses.replace(character, weights=weights, bones=bones, anchors=anchors, parts=parts)
 
 
 def _nearest(

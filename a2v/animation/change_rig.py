@@ -12,7 +12,7 @@ from a2v.animation.deform import blended_matrices, deform
 from a2v.animation.rest_pose import bone_axes, bones_of, heads_of, rest_transforms, tails_of
 from a2v.animation.rig_spec import RigSpec
 from a2v.geometry.polar import nearest_rotations
-from a2v.types import Body, Character, FloatArray, IntArray
+from a2v.types import Body, Character, Face, FloatArray, IntArray
 
 _STIFF = 100.0
 """How much more the heads of a bone's children count than all of its skin: they keep their places."""
@@ -146,7 +146,7 @@ def change_rig(character: Character, spec: RigSpec) -> RigChange:
     moments = _moments(character, skin, heads_of(body, spec, drivers, rest), owner)
     change = RigChange(character=changed, source=body, spec=spec, rest=rest, drivers=drivers, owner=owner, moments=moments)
     vertices = _unposed(character, change, skin)
-    surface = dataclasses.replace(character.surface, vertices=vertices.astype(np.float32))
+    surface = dataclasses.replace(character.surface, vertices=vertices.astype(np.float32), face=_unposed_face(character, change))
     return dataclasses.replace(change, character=dataclasses.replace(changed, surface=surface))
 
 
@@ -202,6 +202,16 @@ def _moments(character: Character, skin: FloatArray, heads: FloatArray, owner: I
         both = np.concatenate([reach, np.ones((len(reach), 1))], axis=1)
         np.add.at(moments, bones, weights[:, None, None] * reach[:, :, None] * both[:, None])
     return moments
+
+
+def _unposed_face(character: Character, change: RigChange) -> Face | None:
+    """The expressions in the rest pose whose new skinning at the photo's pose is the given one."""
+    face = character.surface.face
+    if face is None:
+        return None
+    blended = blended_matrices(change.character, change.follow(character.body.bone_transforms[None])[0])
+    offsets = np.linalg.solve(blended[face.vertices, :, :3], face.offsets.astype(np.float64)[..., None])[..., 0]
+    return dataclasses.replace(face, offsets=offsets.astype(np.float32))
 
 
 def _unposed(character: Character, change: RigChange, skin: FloatArray) -> FloatArray:

@@ -13,6 +13,9 @@ from a2v.types import ByteArray, FloatArray, IntArray
 Clips = Mapping[str, tuple[FloatArray, float]]
 """By name: bone transforms (T, B, 4, 4), world from bone, metres, and frames per second."""
 
+Strengths = Mapping[str, Mapping[str, FloatArray]]
+"""By clip and ARKit's names of expressions: strengths (T,), usually in [0, 1]."""
+
 
 def check_clips(clips: Clips | None, bones: int) -> dict[str, tuple[FloatArray, float]]:
     """Clips with their transforms as (T, B, 4, 4) float64.

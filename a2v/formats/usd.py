@@ -16,7 +16,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, Character, FloatArray, Surface
+from a2v.types import Body, Character, Face, FloatArray, Surface
 
 SUFFIXES = (".usdz", ".usdc", ".usda", ".usd")
 
@@ -97,6 +97,8 @@ def _fill_stage(stage: Any, character: Character, clips: Mapping[str, tuple[Floa
     mesh = _add_mesh(stage, character.surface, f"/{name}/surface", textured=texture is not None)
     _add_material(stage, mesh, f"/{name}/material", texture)
     _bind_skin(mesh, character, skeleton)
+    if character.surface.face is not None:
+        _add_expressions(stage, mesh, character.surface.face)
     speed = next((fps for _, fps in clips.values()), 24.0)
     stage.SetTimeCodesPerSecond(speed)
     stage.SetFramesPerSecond(speed)
@@ -144,7 +146,9 @@ def _add_mesh(stage: Any, surface: Surface, path: str, *, textured: bool) -> Any
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(surface.faces), 3, np.int32)))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces, np.int32).ravel()))
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(vertex_normals(surface.vertices, surface.faces.astype(np.int64), dtype=np.float32).astype(np.float32)))
+    mesh.CreateNormalsAttr(
+        Vt.Vec3fArray.FromNumpy(vertex_normals(surface.vertices, surface.faces.astype(np.int64), dtype=np.float32).astype(np.float32))
+    )
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     mesh.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(mesh.GetPointsAttr().Get()))
     if textured and surface.uv is not None:
@@ -165,6 +169,22 @@ def _bind_skin(mesh: Any, character: Character, skeleton: Any) -> None:
     binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel()))
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1))
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+
+
+def _add_expressions(stage: Any, mesh: Any, face: Face) -> None:
+    """A BlendShape below the mesh for each expression."""
+    from pxr import UsdSkel, Vt
+
+    paths = []
+    for name in face.names:
+        vertices, offsets = face.target(name)
+        shape = UsdSkel.BlendShape.Define(stage, f"{mesh.GetPath()}/{_identifier(name)}")
+        shape.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(offsets, np.float32)))
+        shape.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(vertices, np.int32)))
+        paths.append(shape.GetPath())
+    binding = UsdSkel.BindingAPI(mesh.GetPrim())
+    binding.CreateBlendShapesAttr([_identifier(name) for name in face.names])
+    binding.CreateBlendShapeTargetsRel().SetTargets(paths)
 
 
 def _add_animation(stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray) -> Any:

@@ -131,3 +131,26 @@ class Cholesky:
             self._solver.solve(part, out)
             solution[:, first : first + wide] = out
         return solution
+
+
+def border_edges(faces: IntArray) -> IntArray:
+    """Directed edges (n, 2) of faces (F, 3) without another face beyond them."""
+    edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    base = int(faces.max()) + 1
+    forward, backward = edges[:, 0] * base + edges[:, 1], edges[:, 1] * base + edges[:, 0]
+    return np.asarray(edges[~np.isin(forward, backward)])
+
+
+def border_loops(faces: IntArray) -> list[IntArray]:
+    """Borders of faces (F, 3) whose corners are each passed once, as vertices in order, the longest first."""
+    following = {int(a): int(b) for a, b in border_edges(faces)}
+    loops: list[IntArray] = []
+    while following:
+        start, at = next(iter(following.items()))
+        loop = [start]
+        del following[start]
+        while at != start and at in following:
+            loop.append(at)
+            at = following.pop(at)
+        loops.append(np.array(loop))
+    return sorted(loops, key=len, reverse=True)

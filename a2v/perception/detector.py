@@ -52,7 +52,7 @@ class Detection:
 
 
 @contextmanager
-def _silenced() -> Iterator[None]:
+def silenced() -> Iterator[None]:
     """Send the process's stderr to nowhere: mediapipe's C++ logs there past every Python setting."""
     sys.stderr.flush()
     saved = os.dup(2)
@@ -82,7 +82,7 @@ class Detector:
     def __enter__(self) -> Detector:
         os.environ.setdefault("GLOG_minloglevel", "3")
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-        with _silenced():
+        with silenced():
             import mediapipe as mp
 
             self._graph = mp.solutions.pose.Pose(
@@ -91,13 +91,13 @@ class Detector:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with _silenced():
+        with silenced():
             self._graph.close()
 
     def one(self, picture: ByteArray) -> Detection | None:
         """The most conspicuous person of `picture` (H, W, 3) uint8, or None."""
         height, width = picture.shape[:2]
-        with _silenced():
+        with silenced():
             result = self._graph.process(np.ascontiguousarray(picture))
         if result.pose_landmarks is None or result.segmentation_mask is None:
             return None

@@ -10,6 +10,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.depth import put_upright
+from a2v.perception.face import find_face
 from a2v.perception.landmarks import LIMBS
 from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
@@ -32,6 +33,8 @@ class PerceptionSettings:
         Border of the crop around the person, fraction of the person's longer side.
     refine : bool
         Refine the detector's mask at full resolution (a mask of the user's is never changed).
+    face : bool
+        Look for the landmarks of the face, without which the character has no expressions.
     band : float
         How far refinement may move the mask's contour, fraction of the person's height.
     """
@@ -40,6 +43,7 @@ class PerceptionSettings:
     max_side: int = 2048
     margin: float = 0.1
     refine: bool = True
+    face: bool = True
     band: float = 0.015
 
     def __post_init__(self) -> None:
@@ -83,9 +87,7 @@ def find_person(
         Nobody found, or mask or keypoints that do not fit the photo.
     """
     settings = settings or PerceptionSettings()
-    if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
-        raise InputError(f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)")
-    height, width = photo.shape[:2]
+    height, width = _size_of(photo)
     given_mask = _mask_of_alpha(photo) if mask is None else _check_mask(mask, height, width)
     given_points = _check_keypoints(keypoints, height, width)
     rgb, warnings = photo[..., :3], list[str]()
@@ -107,12 +109,20 @@ def find_person(
         crop=crop,
         photo_size=(width, height),
         warnings=tuple(warnings),
+        face=find_face(image, points) if settings.face else None,
         provenance={
             "detector": "mediapipe pose, complexity 1",
             "mask": "given" if given_mask is not None else "detector, refined" if settings.refine else "detector",
             "keypoints": "given" if given_points is not None else "detector",
         },
     )
+
+
+def _size_of(photo: ByteArray) -> tuple[int, int]:
+    """Height and width of a photo, or an `InputError`."""
+    if photo.ndim != 3 or photo.shape[2] not in (3, 4) or photo.dtype != np.uint8:
+        raise InputError(f"the photo is an array {photo.shape} of {photo.dtype}; expected (H, W, 3 or 4) uint8 (use decode_photo)")
+    return photo.shape[0], photo.shape[1]
 
 
 def _check_mask(mask: FloatArray | BoolArray | ByteArray, height: int, width: int) -> FloatArray:

@@ -9,6 +9,7 @@ from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
+from a2v.reconstruction.face import FaceSettings, add_face
 from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
 from a2v.reconstruction.papers import PapersSettings, papers_surface
 from a2v.reconstruction.sheet import surface_sheet
@@ -17,9 +18,11 @@ __all__ = [
     "ColorSettings",
     "ColorSolution",
     "ExtractionSettings",
+    "FaceSettings",
     "ImplicitSettings",
     "PapersSettings",
     "SurfaceSettings",
+    "add_face",
     "body_prior_surface",
     "color_surface",
     "extract_surface",

@@ -15,6 +15,7 @@ from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import make_atlas
 from a2v.reconstruction.color_prior import clean_colors, mirrored_prior
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
@@ -108,6 +109,9 @@ def color_surface(
     report(1, 4)
 
     colors = photo.patch_colors(vertices, faces)
+    paint = face_paint(surface, photo.clean)
+    if paint is not None:
+        known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(parts))
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
@@ -118,18 +122,26 @@ def color_surface(
     final = np.clip(solution.colors, 0, 1)
     report(2, 4)
 
-    uv, texture = _bake(vertices, faces, normals, final, photo, settings.texture) if settings.texture else (None, None)
+    uv, texture = _bake(vertices, faces, normals, final, photo, paint, settings.texture) if settings.texture else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
 
 
 def _expected(
-    photo: _Projection, vertices: FloatArray, normals: FloatArray, colors: FloatArray, *, known: BoolArray, prior: FloatArray | None,
+    photo: _Projection,
+    vertices: FloatArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    *,
+    known: BoolArray,
+    prior: FloatArray | None,
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
     """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
-    expected = mirrored_prior(vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head)
+    expected = mirrored_prior(
+        vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
+    )
     reach, nearest = _nearest_known(vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
@@ -241,7 +253,7 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
 
 
 def _bake(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, size: int
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, paint: FacePaint | None, size: int
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
     atlas = make_atlas(vertices, faces, size=size, density=1.5 * photo.camera.scale)
@@ -258,6 +270,11 @@ def _bake(
         trust = photo.trust(point, normal)[:, None]
         smooth = (colors[corner] * weight).sum(axis=1)
         sharp = sample_image(photo.clean, photo.camera.project(point))
+        if paint is not None:
+            kind = paint.kinds[corner].max(axis=1)
+            eye = kind == EYE
+            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
+            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
     # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding

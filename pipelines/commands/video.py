@@ -49,6 +49,7 @@ class Options:
     max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
     sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up")
+    no_blink: bool = flag("the eyes stay open; by default the person blinks now and then (--blink.rate, --blink.seed)")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
     rigging: RigOptions = group(RigOptions)
@@ -67,6 +68,8 @@ def run(options: Options) -> Answer:
     store, stages = Store(options.running.cache), options.stages
     if options.raw:
         stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
+    if options.no_blink:
+        stages = dataclasses.replace(stages, blink=dataclasses.replace(stages.blink, rate=0))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
     out = check_writable(options.out)
     understood = options.motion.explained()

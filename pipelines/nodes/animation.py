@@ -5,7 +5,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 
-from a2v.animation import BindSettings, DeformSettings, RetargetSettings
+import numpy as np
+
+from a2v.animation import BindSettings, BlinkSettings, DeformSettings, RetargetSettings
 from a2v.motion.edit import Edit
 from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.memo import memo
@@ -22,25 +24,42 @@ def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref
 
 
 @memo()
-def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit: Edit) -> Ref[Poses]:
-    """Carry the motion over to the body's bones; the feet neither slide nor sink. What goes on the spot travels until here."""
+def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit: Edit, blink: BlinkSettings) -> Ref[Poses]:
+    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink. What goes on the spot travels until here."""
+    from a2v import animation
     from a2v.motion.on_rig import retarget_edited
 
     clip = get(motion, Motion)
-    return put(Poses(bone_transforms=retarget_edited(clip, get(body, Body), edit, settings=retarget), fps=clip.fps, action=clip.action))
+    moves = retarget_edited(clip, get(body, Body), edit, settings=retarget)
+    return put(Poses(bone_transforms=moves, fps=clip.fps, action=clip.action, expressions=animation.blinking(len(moves), clip.fps, blink)))
 
 
 @memo()
 def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
     """The frames of the motion, one by one."""
-    return [put(Pose(bone_transforms=transforms)) for transforms in get(poses, Poses).bone_transforms]
+    moves = get(poses, Poses)
+    return [
+        put(
+            Pose(
+                bone_transforms=transforms,
+                expressions={name: np.asarray(all_of[frame]) for name, all_of in moves.expressions.items() if all_of[frame]},
+            )
+        )
+        for frame, transforms in enumerate(moves.bone_transforms)
+    ]
 
 
 @memo()
 def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
-    """Deform the character to one pose (Eq. 20)."""
-    deformed = _deformer(current().address, character, deform)
-    return put(Vertices(vertices=deformed(get(pose, Pose).bone_transforms)))
+    """Deform the character to one pose (Eq. 20), with what its face expresses."""
+    from a2v import animation
+
+    address, now = current().address, get(pose, Pose)
+    vertices = _deformer(address, character, deform)(now.bone_transforms)
+    if now.expressions:
+        strengths = {name: float(strength) for name, strength in now.expressions.items()}
+        vertices = animation.express(load_character(address, character), vertices, now.bone_transforms, strengths)
+    return put(Vertices(vertices=vertices))
 
 
 @functools.lru_cache(maxsize=1)

@@ -17,9 +17,10 @@ def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     from a2v.formats.gltf import write_glb
 
     moves = get(poses, Poses)
+    clip = moves.action or "motion"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(character, Character), {moves.action or "motion": (moves.bone_transforms, moves.fps)})
+        write_glb(path, get(character, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
         return put(Blob.of(path.read_bytes()))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from a2v.reconstruction import ColorSettings
+from a2v.reconstruction import ColorSettings, FaceSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.memo import memo, progress
@@ -21,11 +21,22 @@ def surface(
 
 
 @memo()
+def faced(
+    surface: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], face: FaceSettings
+) -> Ref[Reconstruction]:
+    """Lay the body's own face, which has expressions, where the photo shows one."""
+    from a2v.reconstruction.face import add_face
+
+    person, camera = get(surface, Reconstruction), get(photo_camera, OrthographicCamera)
+    return put(add_face(person, get(subject, Subject), get(body, Body), camera, settings=face))
+
+
+@memo()
 def colored(
-    surface: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
     from a2v.reconstruction.backends import color_by_photo
 
-    person, fitted, camera = get(surface, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
+    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import functools
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from a2v.errors import InputError
 from a2v.record import Record
 from a2v.types import ByteArray, Character, FloatArray
 from pipelines.store import Ref, Store
@@ -43,14 +45,19 @@ class Poses(Record):
         World from bone, metres.
     fps : float
     action : str
+    expressions : strengths (T,) float32 by ARKit's names
     """
 
     bone_transforms: FloatArray
     fps: float
     action: str = ""
+    expressions: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._check("bone_transforms", ("T", "B", 4, 4))
+        for name, strength in self.expressions.items():
+            if np.shape(strength) != (len(self.bone_transforms),):
+                raise InputError(f"Poses.expressions.{name} has shape {np.shape(strength)}; expected ({len(self.bone_transforms)},)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +68,11 @@ class Pose(Record):
     ----------
     bone_transforms : (B, 4, 4) float32
         World from bone, metres.
+    expressions : strengths () float32 by ARKit's names
     """
 
     bone_transforms: FloatArray
+    expressions: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._check("bone_transforms", ("B", 4, 4))

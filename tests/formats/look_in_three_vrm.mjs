@@ -24,7 +24,14 @@ async function look() {
     mesh.skeleton.update();
     return window.given.vertices.map((index) => mesh.localToWorld(mesh.getVertexPosition(index, new THREE.Vector3())).toArray());
   };
-  return {
+  const smiling = (name) => {
+    vrm.expressionManager.resetValues();
+    vrm.expressionManager.setValue(name, 1);
+    vrm.expressionManager.update();
+    return window.given.face.map((index) => mesh.localToWorld(mesh.getVertexPosition(index, new THREE.Vector3())).toArray());
+  };
+  const still = () => { mixer.stopAllAction(); vrm.humanoid.resetNormalizedPose(); vrm.update(0); vrm.scene.updateMatrixWorld(true); mesh.skeleton.update(); };
+  const told = {
     meta: vrm.meta,
     bones: Object.keys(vrm.humanoid.humanBones),
     lookAt: vrm.lookAt !== undefined && vrm.lookAt !== null,
@@ -32,6 +39,9 @@ async function look() {
     duration: clip.duration,
     frames: window.given.times.map(shown),
   };
+  still();
+  told.expressions = Object.fromEntries(window.given.expressions.map((name) => [name, smiling(name)]));
+  return told;
 }
 
 look().then(

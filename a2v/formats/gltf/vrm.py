@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,38 @@ VRM_REQUIRED: frozenset[str] = frozenset(
     ("hips", "spine", "head", *(side + name for side in ("left", "right") for name in _SIDED if name in _SIDED[:3] + _SIDED[5:8]))
 )
 """The 15 bones that every avatar has."""
+
+
+def _both(*stems: str, strength: float = 1.0) -> dict[str, float]:
+    return {stem + side: strength for stem in stems for side in ("Left", "Right")}
+
+
+EXPRESSIONS: Mapping[str, Mapping[str, float]] = {
+    "neutral": {},
+    "happy": {**_both("mouthSmile", strength=0.8), **_both("cheekSquint", strength=0.5), **_both("eyeSquint", strength=0.4)},
+    "angry": {
+        **_both("browDown"),
+        **_both("mouthFrown", strength=0.4),
+        **_both("noseSneer", strength=0.4),
+        **_both("mouthPress", strength=0.3),
+    },
+    "sad": {"browInnerUp": 0.9, **_both("mouthFrown", strength=0.8), **_both("eyeSquint", strength=0.2)},
+    "relaxed": {**_both("mouthSmile", strength=0.3), **_both("eyeBlink", strength=0.3)},
+    "surprised": {"browInnerUp": 0.8, **_both("browOuterUp", strength=0.8), **_both("eyeWide", strength=0.8), "jawOpen": 0.35},
+    "aa": {"jawOpen": 0.6},
+    "ih": {"jawOpen": 0.2, **_both("mouthStretch", strength=0.5)},
+    "ou": {"jawOpen": 0.15, "mouthPucker": 0.8},
+    "ee": {"jawOpen": 0.12, **_both("mouthSmile", strength=0.4), **_both("mouthStretch", strength=0.4)},
+    "oh": {"jawOpen": 0.4, "mouthFunnel": 0.6},
+    "blink": _both("eyeBlink"),
+    "blinkLeft": {"eyeBlinkLeft": 1.0},
+    "blinkRight": {"eyeBlinkRight": 1.0},
+    "lookUp": _both("eyeLookUp"),
+    "lookDown": _both("eyeLookDown"),
+    "lookLeft": {"eyeLookOutLeft": 1.0, "eyeLookInRight": 1.0},
+    "lookRight": {"eyeLookInLeft": 1.0, "eyeLookOutRight": 1.0},
+}
+"""VRM's presets as strengths of ARKit's expressions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +93,8 @@ class VrmMeta:
 def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta, *, jpeg_quality: int = 92) -> None:
     """Write an avatar as VRM 1.0: skinned glTF with humanoid bones, meta data, look-at by the eyes' bones and first person.
 
-    There are no expressions: the character has no morph targets. Clips go into files of their own, `write_vrma`.
+    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of ARKit's by their own names. Clips go into
+    files of their own, `write_vrma`.
 
     Parameters
     ----------
@@ -94,7 +128,7 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
             "allowRedistribution": False,
         },
         "humanoid": {"humanBones": bones},
-        "expressions": {"preset": {}},  # none yet, but viewers look for eyes only beside them
+        "expressions": _expressions(character),
         "firstPerson": {"meshAnnotations": [{"node": len(character.body.bone_names), "type": "auto"}]},
     }
     if {"leftEye", "rightEye"} <= bones.keys():
@@ -152,6 +186,22 @@ def _human_bones(body: Body) -> dict[str, dict[str, int]]:
     if missing := sorted(VRM_REQUIRED - found.keys()):
         raise InputError(f"a VRM needs the bone {missing[0]}, and the rig '{body.model}' has none; change the rig to vrm first")
     return found
+
+
+def _expressions(character: Character) -> dict[str, Any]:
+    """VRM's expressions and, as custom ones, ARKit's. Viewers look for eyes only beside them, so without a face they are there, and empty."""
+    face, node = character.surface.face, len(character.body.bone_names)
+    if face is None:
+        return {"preset": {}}
+
+    def bound(strengths: Mapping[str, float]) -> list[dict[str, Any]]:
+        known = {name: strength for name, strength in strengths.items() if name in face.names}
+        return [{"node": node, "index": face.names.index(name), "weight": strength} for name, strength in known.items()]
+
+    preset = {name: {"morphTargetBinds": bound(strengths), "isBinary": False} for name, strengths in EXPRESSIONS.items()}
+    for name in ("happy", "relaxed"):  # they close the eyes already
+        preset[name]["overrideBlink"] = "blend"
+    return {"preset": preset, "custom": {name: {"morphTargetBinds": bound({name: 1.0}), "isBinary": False} for name in face.names}}
 
 
 def _look_at(body: Body) -> dict[str, Any]:

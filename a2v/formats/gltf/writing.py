@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.characters import Clips, check_clips, encode_texture, linear_colors, parent_from_bone
+from a2v.formats.characters import Clips, Strengths, check_clips, encode_texture, linear_colors, parent_from_bone
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, Character, FloatArray, IntArray, Surface
+from a2v.types import Body, Character, Face, FloatArray, IntArray, Surface
 from a2v.version import __version__
 
 MAX_MORPH_BYTES = 2 << 30
@@ -68,6 +68,28 @@ class Document:
         self.json["accessors"].append(entry)
         return len(self.json["accessors"]) - 1
 
+    def sparse_accessor(self, count: int, indices: IntArray, values: FloatArray) -> int:
+        """Append vectors (count, 3) that are zero but for `values` (n, 3) float32 at ascending `indices` (n,), n >= 1; the accessor's index."""
+        values = np.ascontiguousarray(values, np.float32)
+        whole = np.concatenate([values, np.zeros((int(len(values) < count), 3), np.float32)])
+        entry = {
+            "componentType": _COMPONENTS[np.dtype(np.float32)],
+            "count": count,
+            "type": "VEC3",
+            "min": whole.min(axis=0).tolist(),
+            "max": whole.max(axis=0).tolist(),
+            "sparse": {
+                "count": len(indices),
+                "indices": {
+                    "bufferView": self.view(indices.astype(np.uint32).tobytes()),
+                    "componentType": _COMPONENTS[np.dtype(np.uint32)],
+                },
+                "values": {"bufferView": self.view(values.tobytes())},
+            },
+        }
+        self.json["accessors"].append(entry)
+        return len(self.json["accessors"]) - 1
+
     def node(self, **values: Any) -> int:
         """Append a node; its index."""
         self.json["nodes"].append(values)
@@ -87,9 +109,15 @@ class Document:
 
 
 def write_glb(
-    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, name: str = "character", jpeg_quality: int = 92
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Clips | None = None,
+    *,
+    name: str = "character",
+    jpeg_quality: int = 92,
+    expressions: Strengths | None = None,
 ) -> None:
-    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary.
+    """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary; expressions are morph targets.
 
     The mesh stands in the bind pose (the photo's); every clip is one animation: rotations of the bones that move, the root's
     path, one sampler of keys a frame, linear interpolation.
@@ -104,13 +132,40 @@ def write_glb(
         Name of the scene's root.
     jpeg_quality : int
         Quality of the embedded texture, 1 to 100; 0 embeds PNG.
+    expressions : Strengths or None
+        What the face does in the clips.
 
     Raises
     ------
     InputError
-        A clip has the wrong shape, is not finite or has no frames.
+        A clip has the wrong shape, is not finite or has no frames; unknown expressions.
     """
-    skinned_document(character, clips, name=name, jpeg_quality=jpeg_quality).write(path)
+    document = skinned_document(character, clips, name=name, jpeg_quality=jpeg_quality)
+    _animate_face(document, character, clips or {}, expressions or {})
+    document.write(path)
+
+
+def _animate_face(document: Document, character: Character, clips: Clips, expressions: Strengths) -> None:
+    """Add the strengths of expressions to the animations of a `skinned_document`."""
+    face = character.surface.face
+    if face is None:
+        return
+    for animation in document.json.get("animations", []):
+        strengths = expressions.get(animation["name"], {})
+        if not strengths:
+            continue
+        transforms, fps = clips[animation["name"]]
+        table = np.zeros((len(transforms), len(face.names)), np.float32)
+        for expression, values in strengths.items():
+            if expression not in face.names or np.shape(values) != (len(transforms),):
+                raise InputError(
+                    f"expression '{expression}' of shape {np.shape(values)}; expected ({len(transforms)},), and one of {', '.join(face.names)}"
+                )
+            table[:, face.names.index(expression)] = values
+        times = document.accessor((np.arange(len(transforms)) / fps).astype(np.float32), bounds=True)
+        animation["samplers"].append({"input": times, "output": document.accessor(table.reshape(-1)), "interpolation": "LINEAR"})
+        target = {"node": len(character.body.bone_names), "path": "weights"}
+        animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
 
 
 def skinned_document(character: Character, clips: Clips | None, *, name: str, jpeg_quality: int) -> Document:
@@ -265,12 +320,31 @@ def _add_mesh(document: Document, thing: Character | Surface, name: str, quality
     document.json["materials"].append(material)
     indices = document.accessor(faces.astype(np.uint32).reshape(-1), target=_ELEMENT_BUFFER)
     document.json["meshes"].append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": 0, "mode": 4}]})
+    if isinstance(thing, Character) and surface.face is not None:
+        _add_expressions(document.json["meshes"][-1], document, surface.face, source)
     return len(document.json["meshes"]) - 1
 
 
-def add_animation(
-    document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray
-) -> dict[str, Any]:
+def _add_expressions(mesh: dict[str, Any], document: Document, face: Face, source: IntArray) -> None:
+    """Give a mesh, whose vertices (N,) are those of the surface in `source`, a morph target for each expression."""
+    order = np.argsort(source, kind="stable")
+    targets = []
+    for name in face.names:
+        vertices, offsets = face.target(name)
+        first, last = (np.searchsorted(source[order], vertices, side=side) for side in ("left", "right"))
+        copies = np.repeat(np.arange(len(vertices)), last - first)
+        at = np.repeat(first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first) + np.arange(len(copies))
+        places, moves = order[at], offsets[copies]
+        if not len(places):
+            places, moves = np.zeros(1, np.int64), np.zeros((1, 3))
+        ascending = np.argsort(places)
+        targets.append({"POSITION": document.sparse_accessor(len(source), places[ascending], moves[ascending])})
+    mesh["primitives"][0]["targets"] = targets
+    mesh["weights"] = [0.0] * len(targets)
+    mesh["extras"] = {"targetNames": list(face.names)}
+
+
+def add_animation(document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:
     """An animation of bone transforms (T, B, 4, 4): channels for bones that leave their place `bind` (B, 4, 4) in their parent."""
     local = parent_from_bone(transforms, parents)
     times = document.accessor((np.arange(len(local)) / fps).astype(np.float32), bounds=True)

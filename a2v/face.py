@@ -1,0 +1,102 @@
+"""The expressions of a surface: one of the values of `a2v.types`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from a2v.errors import InputError
+from a2v.record import Record
+
+FloatArray = NDArray[np.floating[Any]]
+IntArray = NDArray[np.integer[Any]]
+
+FACE_KINDS: tuple[str, ...] = ("skin", "eye", "mouth", "tongue", "teeth")
+"""What the vertices of a `Face` are; "mouth" is the skin behind the lips."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Face(Record):
+    """Expressions of a surface, and which of its vertices are the body's own face.
+
+    Attributes
+    ----------
+    names : tuple of N str
+        ARKit's: "eyeBlinkLeft" (the person's left), "jawOpen"...
+    starts : (N + 1,) int32
+        Expression i moves ``vertices[starts[i]:starts[i + 1]]``.
+    vertices : (M,) int32
+        Of the surface; those of one expression ascend.
+    offsets : (M, 3) float32
+        How far, metres, in the surface's pose, at full strength.
+    patch : (K,) int32
+        Vertices of the surface that are the body's.
+    twins : (K,) int32
+        The body's vertex of each; of a tooth, a near one.
+    kinds : (K,) uint8
+        What each is, an index into `FACE_KINDS`.
+    landmarks : (478, 3) float32
+        Mediapipe's landmarks of the photo's face: u, v in its pixels, and depth.
+    """
+
+    names: tuple[str, ...]
+    starts: IntArray
+    vertices: IntArray
+    offsets: FloatArray
+    patch: IntArray
+    twins: IntArray
+    kinds: IntArray
+    landmarks: FloatArray
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {"N1": len(self.names) + 1}
+        self._check("starts", ("N1",), sizes)
+        self._check("vertices", ("M",), sizes)
+        self._check("offsets", ("M", 3), sizes)
+        self._check("patch", ("K",), sizes)
+        self._check("twins", ("K",), sizes)
+        self._check("kinds", ("K",), sizes | {"kinds": len(FACE_KINDS)}, below="kinds")
+        self._check("landmarks", (478, 3))
+        steps = np.diff(self.starts)
+        if (steps < 0).any() or int(self.starts[0]) != 0 or int(self.starts[-1]) != sizes["M"]:
+            raise InputError(
+                f"Face.starts runs from {self.starts[0]} to {self.starts[-1]}; expected 0 to {sizes['M']}, none smaller than before"
+            )
+
+    def check_vertices(self, count: int) -> None:
+        """Raise an `InputError` where vertices are named that a surface of `count` vertices lacks."""
+        for name, used in (("vertices", self.vertices), ("patch", self.patch)):
+            if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
+                raise InputError(f"Face.{name} names {used.min()} to {used.max()}; expected 0 to {count - 1}")
+
+    def target(self, name: str) -> tuple[IntArray, FloatArray]:
+        """Vertices (n,) and offsets (n, 3) of the expression `name`.
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
+        if name not in self.names:
+            raise InputError(f"unknown expression '{name}'; choose from {', '.join(self.names)}")
+        own = slice(*(int(at) for at in self.starts[self.names.index(name) :][:2]))
+        return self.vertices[own], self.offsets[own]
+
+    def mixed(self, weights: Mapping[str, float]) -> tuple[IntArray, FloatArray]:
+        """Vertices (n,) that expressions at `weights` (by name) move, and their offsets (n, 3) float64, metres."""
+        parts = [
+            (vertices, weight * offsets.astype(np.float64))
+            for name, weight in weights.items()
+            if weight
+            for vertices, offsets in [self.target(name)]
+        ]
+        if not parts:
+            return np.zeros(0, np.int64), np.zeros((0, 3))
+        vertices, index = np.unique(np.concatenate([part for part, _ in parts]), return_inverse=True)
+        offsets = np.zeros((len(vertices), 3))
+        np.add.at(offsets, index, np.concatenate([part for _, part in parts]))
+        return vertices, offsets

@@ -1,0 +1,241 @@
+"""The body's face laid where the photo shows it and sewn into the surface, with its 52 expressions."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.body.face import EYES, LEFT_EYEBALL, RIGHT_EYEBALL, TONGUE, actions_of, face_landmarks, teeth
+from a2v.errors import InputError
+from a2v.reconstruction.face.patch import Patch, face_patch
+from a2v.reconstruction.face.places import placing_points
+from a2v.reconstruction.face.sewing import cut_and_sew
+from a2v.types import Body, Face, FloatArray, IntArray, OrthographicCamera, Reconstruction, Subject, Surface
+
+_TURNED = 38.0
+"""Faces turned farther than so many degrees from the camera have no expressions."""
+_TEETH_SCALE, _TEETH_APART = np.array([0.78, 0.92, 0.94]), 0.003
+"""The teeth are the model's stand-ins and too large for its mouth: so much smaller and farther apart, metres, closed lips hide them."""
+_EYE_REACH = (0.027, 0.036)
+"""Expressions of an eye are whole up to the first distance from its middle, metres, and end at the second."""
+_LEAST = 1e-5
+"""Shorter offsets, metres, are none."""
+
+
+@dataclass(frozen=True)
+class FaceSettings:
+    """How a face is made to move.
+
+    Attributes
+    ----------
+    expressions : bool
+        Lay the body's own face into the surface, with its expressions; without, the face is as the surface has it, and does not move.
+    smoothing : float
+        How far the landmarks may be missed for a smoother face, square metres of thin-plate splines.
+    """
+
+    expressions: bool = True
+    smoothing: float = 2e-6
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.smoothing) and self.smoothing >= 0):
+            raise InputError(f"face.smoothing is {self.smoothing}; expected 0 or more")
+
+
+def add_face(
+    person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera, *, settings: FaceSettings = FaceSettings()
+) -> Reconstruction:
+    """Replace the face of a surface by the body's own.
+
+    The front of the fitted body's head is bent, in the photo's plane, so that what the detector sees on it lies where it sees it on the
+    photo; in depth it follows the surface around it. The surface is cut open there and sewn to the patch's rim. The expressions go
+    through the same bend, so that what touches on the body (lids, lips) touches on the person.
+
+    Parameters
+    ----------
+    person : Reconstruction
+    subject : Subject
+    body : Body
+        Anny, fitted to the photo.
+    camera : OrthographicCamera
+
+    Returns
+    -------
+    Reconstruction
+        With ``surface.face``, or `person` itself where the photo shows no face from before, or it cannot be sewn in;
+        ``surface.provenance["face"]`` says which.
+    """
+    if not settings.expressions or body.model != "anny":
+        return person
+    reason = _unfit(subject)
+    if not reason:
+        made = _sewn(person, subject, body, camera, settings)
+        if made is not None:
+            return made
+        reason = "the surface around the face is too torn"
+    surface = person.surface
+    return dataclasses.replace(person, surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"face": reason}))
+
+
+def _unfit(subject: Subject) -> str:
+    """Why the photo's face cannot be used; empty if it can."""
+    if subject.face is None:
+        return "no face seen from before"
+    points = subject.face.astype(np.float64)
+    across, up = points[263] - points[33], points[10] - points[152]
+    ahead = np.cross(across * [1, -1, 1], up * [1, -1, 1])
+    turned = float(np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1))))
+    return f"the face is turned away by {turned:.0f} degrees" if turned > _TURNED else ""
+
+
+class _Bend:
+    """The bend of space that lays the body's face on the photo's: in the plane by thin-plate splines, in depth by the surface around."""
+
+    def __init__(self, sources: FloatArray, targets: FloatArray, smoothing: float):
+        from scipy.interpolate import RBFInterpolator
+
+        self._plane = RBFInterpolator(sources, targets - sources, kernel="thin_plate_spline", smoothing=smoothing)
+        self._depth: Any = None
+
+    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
+        """Shift depths by `depths` (n,) at the bent `places` (n, 2)."""
+        from scipy.interpolate import RBFInterpolator
+
+        self._depth = RBFInterpolator(places, depths[:, None], kernel="thin_plate_spline", smoothing=smoothing)
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Bent points (n, 3)."""
+        bent = points.copy()
+        bent[:, :2] += self._plane(points[:, :2])
+        if self._depth is not None:
+            bent[:, 2] += self._depth(bent[:, :2])[:, 0]
+        return bent
+
+
+def _sewn(
+    person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera, settings: FaceSettings
+) -> Reconstruction | None:
+    patch = face_patch()
+    posed, turns = _posed(body)
+    assert subject.face is not None
+    ids, weights = face_landmarks()
+    on_body = np.einsum("kc,kcd->kd", weights, posed[ids])[:, :2]
+    on_photo = camera.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
+    bend = _Bend(placing_points(on_body), placing_points(on_photo), settings.smoothing)
+    surface = person.surface
+    _follow_surface(bend, patch, posed, body, surface)
+    bent = bend(posed)
+    vertices, faces, kept, own = cut_and_sew(surface, bent, body.faces.astype(np.int64), patch)
+    if vertices is None:
+        return None
+    face = _expressions(bend, patch, posed, turns, vertices, kept, own, subject.face)
+    colors = np.concatenate([surface.colors[kept], np.full((len(own), 3), 0.5, np.float32)])
+    expected = person.expected_colors
+    if expected is not None:
+        expected = np.concatenate([expected[kept], np.full((len(own), 3), np.nan, np.float32)])
+    made = dataclasses.replace(
+        surface,
+        vertices=vertices.astype(np.float32),
+        faces=faces.astype(np.int32),
+        colors=colors,
+        face=face,
+        provenance=dict(surface.provenance) | {"face": "anny"},
+    )
+    return dataclasses.replace(person, surface=made, expected_colors=expected)
+
+
+def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
+    """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest (13854, 3, 3)."""
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    turns = np.einsum("vb,bac->vac", body.weights.astype(np.float64), moved[:, :3, :3])
+    posed = body.vertices.astype(np.float64).copy()
+    rows = teeth()
+    near = np.argsort(np.linalg.norm(rows.around - rows.vertices.mean(axis=0), axis=1))[:900]
+    near = near[near < TONGUE.start]
+    plain = np.concatenate([rows.around[near], np.ones((len(near), 1))], axis=1)
+    affine, *_ = np.linalg.lstsq(plain, posed[near], rcond=None)
+    shrunk = rows.vertices.mean(axis=0) + (rows.vertices - rows.vertices.mean(axis=0)) * _TEETH_SCALE
+    shrunk[:, 2] -= 0.003
+    shrunk[:, 1] += np.where(np.arange(len(shrunk)) < len(shrunk) // 2, _TEETH_APART, -_TEETH_APART)
+    placed = np.concatenate([shrunk, np.ones((len(shrunk), 1))], axis=1) @ affine
+    posed[TONGUE] += turns[TONGUE] @ np.array([0.0, -0.002, -0.008])  # the model's tongue shows between its lips
+    return np.concatenate([posed, placed]), np.concatenate([turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))])
+
+
+def _share_of_eye(name: str, posed: FloatArray) -> FloatArray:
+    """How much (V, 1) of an expression each vertex takes: those of one eye, which in the data pull at the nose and the other eye too, fade out."""
+    if not name.startswith("eye"):
+        return np.ones((len(posed), 1))
+    middle = posed[LEFT_EYEBALL if name.endswith("Left") else RIGHT_EYEBALL].mean(axis=0)
+    share = np.clip((_EYE_REACH[1] - np.linalg.norm(posed - middle, axis=1)) / (_EYE_REACH[1] - _EYE_REACH[0]), 0, 1)[:, None]
+    faded: FloatArray = share * share * (3 - 2 * share)
+    return faded
+
+
+def _follow_surface(bend: _Bend, patch: Patch, posed: FloatArray, body: Body, surface: Surface) -> None:
+    """Let the bend's depths follow the surface: exactly at the patch's rim, roughly within."""
+    from a2v.geometry.rays import ray_scene
+
+    skin = patch.vertices[(patch.kinds == 0) & (patch.vertices < EYES.start)]
+    seen = np.intersect1d(skin, body.faces[patch.front])
+    rim = patch.vertices[patch.rim]
+    chosen = np.concatenate([rim, np.setdiff1d(seen, rim)[::12]])
+    bent = bend(posed[chosen])
+    rays = np.concatenate([bent[:, :2], np.full((len(bent), 1), 5.0), np.tile([0, 0, -1.0], (len(bent), 1))], axis=1)
+    depth = 5.0 - ray_scene(surface.vertices, surface.faces).cast_rays(rays.astype(np.float32))["t_hit"].numpy().astype(np.float64)
+    shift = depth - bent[:, 2]
+    good = np.isfinite(shift) & (np.abs(shift - np.median(shift[np.isfinite(shift)])) < 0.02)
+    on_rim = np.arange(len(chosen)) < len(rim)
+    bend.follow(bent[good, :2], shift[good], np.where(on_rim[good], 1e-6, 1e-3))
+
+
+def _expressions(
+    bend: _Bend,
+    patch: Patch,
+    posed: FloatArray,
+    turns: FloatArray,
+    vertices: FloatArray,
+    kept: IntArray,
+    own: IntArray,
+    landmarks: FloatArray,
+) -> Face:
+    """Every expression on the new surface: its patch moves as the bent body does, what is around as the nearest of the bent body."""
+    from scipy.spatial import cKDTree
+
+    bent = bend(posed)
+    skin = np.arange(TONGUE.start)
+    outside = np.setdiff1d(skin, patch.vertices)
+    around = np.concatenate([outside, patch.vertices[patch.rim]])
+    first = len(kept)
+    close = np.flatnonzero(np.linalg.norm(vertices[:first] - vertices[first:].mean(axis=0), axis=1) < 0.3)
+    reach, nearest = cKDTree(bent[around]).query(vertices[close], k=4)
+    share = 1 / np.maximum(reach, 1e-4)
+    share /= share.sum(axis=1, keepdims=True)
+    names, starts, moved, offsets = [], [0], [], []
+    for name, (ids, shifts) in actions_of().items():
+        whole = np.zeros_like(posed)
+        far = posed[ids] + np.einsum("vab,vb->va", turns[ids], shifts * _share_of_eye(name, posed)[ids])
+        whole[ids] = bend(far) - bent[ids]
+        on_patch = whole[patch.vertices]
+        on_rest = (whole[around][nearest] * share[..., None]).sum(axis=1)
+        both = np.concatenate([on_rest, on_patch])
+        which = np.concatenate([close, first + np.arange(len(own))])
+        real = np.linalg.norm(both, axis=1) > _LEAST
+        names.append(name)
+        moved.append(which[real])
+        offsets.append(both[real])
+        starts.append(starts[-1] + int(real.sum()))
+    twins = np.where(patch.vertices < EYES.stop, patch.vertices, patch.vertices[(patch.kinds == 2).argmax()])
+    return Face(
+        names=tuple(names),
+        starts=np.array(starts, np.int32),
+        vertices=np.concatenate(moved).astype(np.int32),
+        offsets=np.concatenate(offsets).astype(np.float32),
+        patch=(first + np.arange(len(own))).astype(np.int32),
+        twins=twins.astype(np.int32),
+        kinds=patch.kinds.astype(np.uint8),
+        landmarks=landmarks.astype(np.float32),
+    )

@@ -1,0 +1,105 @@
+"""Colours of a face that its photo does not show: the mouth from within, and the eyeballs under the lids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.face import FACE_KINDS
+from a2v.geometry.images import sample_image
+from a2v.reconstruction.face.places import LEFT_EYE, LEFT_IRIS, RIGHT_EYE, RIGHT_IRIS
+from a2v.types import FloatArray, IntArray, Surface
+
+EYE = FACE_KINDS.index("eye")
+_DARK = np.array([0.17, 0.06, 0.06])
+_TONGUE = np.array([0.66, 0.34, 0.33])
+_TEETH = np.array([0.88, 0.85, 0.78])
+_WHITE = np.array([0.84, 0.81, 0.79])
+_DEEP = 0.022
+"""So far behind the lips, metres, the mouth is dark."""
+
+
+@dataclass(frozen=True)
+class FacePaint:
+    """What the colouring takes from the face rather than from the photo's pixels.
+
+    Attributes
+    ----------
+    kinds : (V,) int
+        Index into `FACE_KINDS` of every vertex of the surface.
+    inner : (n,) int
+        Vertices behind the lips.
+    colors : (n, 3)
+        Theirs, sRGB in [0, 1].
+    eyes : (H, W, 3) float32
+        The photo with whole eyeballs where its eyes are, without lids.
+    """
+
+    kinds: IntArray
+    inner: IntArray
+    colors: FloatArray
+    eyes: FloatArray
+
+
+def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
+    """The colours of a surface's face from the `photo` (H, W, 3), sRGB in [0, 1]; None for a surface without a face."""
+    face = surface.face
+    if face is None:
+        return None
+    points = face.landmarks[:, :2].astype(np.float64)
+    kinds = np.zeros(len(surface.vertices), np.int64)
+    kinds[face.patch] = face.kinds
+    inner = np.flatnonzero(kinds > EYE)
+    lip = np.clip(
+        np.median(
+            sample_image(photo, np.stack([(points[a] + points[b]) / 2 for a, b in ((17, 14), (84, 87), (314, 317), (0, 13))])), axis=0
+        ),
+        0,
+        1,
+    )
+    light = float(np.clip(sample_image(photo, points[[205, 425, 199]]).max(axis=1).mean() / 0.75, 0.45, 1.1))
+    depth = surface.vertices[kinds == 0][:, 2]
+    lips = surface.vertices[face.patch[face.kinds == 2]][:, 2]
+    front = float(lips.max()) if len(lips) else float(depth.max())
+    share = np.clip((front - surface.vertices[inner, 2]) / _DEEP, 0, 1)[:, None]
+    shaded = (1 - share) * lip * 0.8 + share * _DARK * light
+    tongue, row = (
+        light * _TONGUE * (1 - 0.4 * share),
+        light * _TEETH * (1 - 0.8 * np.clip((front - surface.vertices[inner, 2, None]) / (2 * _DEEP), 0, 1)),
+    )
+    which = kinds[inner, None]
+    colors = np.where(which == FACE_KINDS.index("mouth"), shaded, np.where(which == FACE_KINDS.index("tongue"), tongue, row))
+    return FacePaint(kinds, inner, np.clip(colors, 0, 1), _eyeballs(photo, points, light))
+
+
+def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray:
+    """The photo with the whites and irises of both eyes carried on beyond their lids."""
+    import cv2
+
+    height, width = photo.shape[:2]
+    made = np.array(photo, np.float32)
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    for opening, iris in ((RIGHT_EYE, RIGHT_IRIS), (LEFT_EYE, LEFT_IRIS)):
+        corners = points[list(opening)]
+        wide = float(np.linalg.norm(corners[0] - corners[8]))
+        middle, radius = points[iris[0]], float(np.linalg.norm(points[list(iris[1:])] - points[iris[0]], axis=1).mean())
+        large = np.zeros((height, width), np.uint8)
+        cv2.fillPoly(large, [np.round((corners - 0.5) * 16).astype(np.int32)], 255, lineType=cv2.LINE_AA, shift=4)
+        within = cv2.GaussianBlur(cv2.erode(large.astype(np.float32) / 255, np.ones((2, 2))), (0, 0), max(0.5, 0.02 * wide))
+        away = np.hypot(columns - middle[0], rows - middle[1])
+        white = (within > 0.6) & (away > 1.15 * radius)
+        if white.sum() >= 4:
+            pixels = photo[white]
+            bright = pixels[np.argsort(pixels.sum(axis=1))[len(pixels) // 2 :]]
+            color = 0.8 * bright.mean(axis=0) + 0.2 * light * _WHITE
+        else:
+            color = light * _WHITE
+        dark = (within > 0.6) & (away < 0.9 * radius)
+        of_iris = np.median(photo[dark], axis=0) if dark.sum() >= 2 else np.array([0.25, 0.18, 0.14])
+        disc = np.clip((radius - away) / max(0.8, 0.15 * radius) + 0.5, 0, 1)[..., None]
+        ball = disc * of_iris + (1 - disc) * color
+        near = np.clip(2.2 - np.hypot(columns - corners[:, 0].mean(), rows - corners[:, 1].mean()) / wide, 0, 1)[..., None]
+        alpha = within[..., None]
+        made = near * (alpha * made + (1 - alpha) * ball) + (1 - near) * made
+    return np.asarray(made, np.float32)

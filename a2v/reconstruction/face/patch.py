@@ -1,0 +1,155 @@
+"""The front of the body model's head as a patch: which of its faces, its rim, and what its vertices are."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from a2v.body.face import EYES, SKIN, TONGUE, face_landmarks, teeth
+from a2v.body.registry import load_body_model
+from a2v.geometry.mesh import border_edges, border_loops
+from a2v.geometry.rays import ray_scene
+from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE, SURROUNDINGS
+from a2v.types import BoolArray, FloatArray, IntArray
+
+_MARGIN = 0.008
+"""The patch reaches so far beyond eyes, brows, lips and chin, metres, on the body at rest."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The front of Anny's head.
+
+    Attributes
+    ----------
+    vertices : (K,) int
+        Anny's vertices; from 13718 on its teeth.
+    faces : (F, 3) int
+        Into `vertices`.
+    rim : (n,) int
+        Into `vertices`, in order, counter-clockwise seen from before.
+    kinds : (K,) uint8
+        What each vertex is: `a2v.types.FACE_KINDS`.
+    front : (F2,) int
+        Faces of Anny's skin that are seen from before.
+    within : (13718-face,) bool
+        Which faces of Anny are the patch's.
+    """
+
+    vertices: IntArray
+    faces: IntArray
+    rim: IntArray
+    kinds: IntArray
+    front: IntArray
+    within: BoolArray
+
+
+@functools.cache
+def face_patch() -> Patch:
+    """The patch, found once on Anny at rest."""
+    model = load_body_model("anny")
+    rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
+    faces = model.faces.astype(np.int64)
+    visible = _front_faces(rest, faces)
+    skin_faces = faces.max(axis=1) < SKIN.stop
+    front = np.flatnonzero(visible & skin_faces & (rest[faces].mean(axis=1)[:, 1] > 0.6))
+    inside = _within(rest, faces, front)
+    own = skin_faces & inside[faces].all(axis=1)
+    own = _single_rim(faces, own)
+    rim = border_loops(faces[own])
+    extra = faces[faces.min(axis=1) >= SKIN.stop]
+    rows = teeth()
+    every = np.concatenate([faces[own], extra, rows.faces + EYES.stop])
+    vertices = np.unique(every)
+    place = np.full(EYES.stop + len(rows.vertices), -1)
+    place[vertices] = np.arange(len(vertices))
+    kinds = np.zeros(len(place), np.uint8)
+    seen = np.zeros(len(place), bool)
+    seen[faces[front]] = True
+    ids, weights = face_landmarks()
+    lips = np.einsum("kc,kcd->kd", weights, rest[ids])[list(LIPS)]
+    near = np.abs(rest - lips.mean(axis=0)).max(axis=1) < 0.06
+    low, high = lips[:, :2].min(axis=0) - 0.004, lips[:, :2].max(axis=0) + 0.004
+    across = ((rest[:, :2] > low - np.array([0, 0.01])) & (rest[:, :2] < high + np.array([0, 0.01]))).all(axis=1)
+    behind = _flood(faces[own], ~seen, np.flatnonzero(near & across & ~seen[: len(rest)] & (rest[:, 2] < lips[:, 2].mean() - 0.01)))
+    kinds[behind] = 2
+    kinds[TONGUE], kinds[EYES], kinds[EYES.stop :] = 3, 1, 4
+    return Patch(vertices, place[every], place[rim[0]], kinds[vertices], front, own)
+
+
+def _front_faces(vertices: FloatArray, faces: IntArray) -> BoolArray:
+    """Faces (F,) bool that a camera before the body sees."""
+    middle = vertices[faces].mean(axis=1)
+    rays = np.concatenate([middle + np.array([0, 0, 5.0]), np.tile([0, 0, -1.0], (len(middle), 1))], axis=1).astype(np.float32)
+    hit = ray_scene(vertices, faces).cast_rays(rays)["t_hit"].numpy()
+    return np.asarray(np.abs(hit - 5.0) < 1e-3)
+
+
+def _within(rest: FloatArray, faces: IntArray, front: IntArray) -> BoolArray:
+    """Anny's vertices that cannot be reached from the crown without crossing the front between brows and chin."""
+    import cv2
+
+    ids, weights = face_landmarks()
+    marks = np.einsum("kc,kcd->kd", weights, rest[ids])[:, :2]
+    outline = marks[[*RIGHT_EYE, *LEFT_EYE, *LIPS, *BROWS, *SURROUNDINGS]]
+    hull = cv2.convexHull((outline * 1e4).astype(np.float32))
+    on_front = np.zeros(len(rest), bool)
+    on_front[faces[front]] = True
+    marked = np.array([cv2.pointPolygonTest(hull, (float(x), float(y)), True) > -_MARGIN * 1e4 for x, y in rest[:, :2] * 1e4])
+    marked &= on_front
+    skin = faces[faces.max(axis=1) < SKIN.stop]
+    outside = _flood(skin, ~marked, np.array([int(rest[: SKIN.stop, 1].argmax())]))
+    inside = np.zeros(len(rest), bool)
+    inside[SKIN] = True
+    inside[outside] = False
+    return inside
+
+
+def _flood(faces: IntArray, allowed: BoolArray, seeds: IntArray) -> IntArray:
+    """Vertices that edges join to the `seeds` through `allowed` ones."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    pairs = pairs[allowed[pairs].all(axis=1)]
+    count = len(allowed)
+    _, label = connected_components(sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)), directed=False)
+    return np.flatnonzero(np.isin(label, np.unique(label[seeds[allowed[seeds]]])) & allowed)
+
+
+def _single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
+    """Faces (F,) bool of the largest piece without corners at which its border meets itself."""
+    own = own.copy()
+    for _ in range(50):
+        own = largest_piece(faces, own)
+        ends = border_edges(faces[own])
+        vertices, count = np.unique(ends[:, 0], return_counts=True)
+        pinched = vertices[count > 1]
+        # ears: faces that hang on by one edge
+        edge = set(map(tuple, ends))
+        ears = np.array([sum((a, b) in edge for a, b in ((f[0], f[1]), (f[1], f[2]), (f[2], f[0]))) >= 2 for f in faces[own]])
+        if not len(pinched) and not ears.any():
+            return own
+        chosen = np.flatnonzero(own)
+        own[chosen[ears | np.isin(faces[chosen], pinched).any(axis=1)]] = False
+    return own
+
+
+def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
+    """The faces (F,) bool of the largest piece, joined at edges, among the `own` ones (F,) bool."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    chosen = np.flatnonzero(own)
+    edges = np.sort(faces[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, key = np.unique(edges, axis=0, return_inverse=True)
+    owner = np.repeat(np.arange(len(chosen)), 3)
+    key = key.ravel()
+    graph = sp.coo_matrix((np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)).tocsr()
+    _, label = connected_components(graph @ graph.T, directed=False)
+    kept = np.zeros(len(own), bool)
+    kept[chosen[label == np.bincount(label).argmax()]] = True
+    return kept

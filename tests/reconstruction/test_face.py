@@ -1,0 +1,267 @@
+"""The body's face on a surface: what expressions move, and that the sewn surface is whole."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.animation import bind, blinking, blinks, change_rig, deform, express, load_rig
+from a2v.animation.expressions import BlinkSettings
+from a2v.body.face import actions_of, face_landmarks
+from a2v.geometry.mesh import is_closed
+from a2v.reconstruction import FaceSettings, add_face
+from a2v.reconstruction.face.build import _Bend
+from a2v.reconstruction.face.patch import face_patch
+from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
+from a2v.reconstruction.face.sewing import sew
+from a2v.types import Body, Character, Face, OrthographicCamera, Reconstruction, Subject, Surface
+
+CAMERA = OrthographicCamera(scale=2048 / 1.8, center_u=1024.0, center_v=1990.0)
+BOTH_LIDS = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
+
+
+def photographed(body: Body, *, turned: float = 0.0) -> Subject:
+    """A person whose face is that of `body`, but for brows 4 mm higher and eyes 3 mm wider apart."""
+    ids, weights = face_landmarks()
+    points = np.einsum("kc,kcd->kd", weights, body.vertices[ids].astype(np.float64))
+    middle = points[:, :2].mean(axis=0)
+    points[:, 0] += 0.0015 * np.tanh((points[:, 0] - middle[0]) / 0.02)
+    points[:, 1] += 0.004 * np.clip((points[:, 1] - middle[1]) / 0.06, 0, 1)
+    away = points - points.mean(axis=0)
+    cosine, sine = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+    points[:, 0], points[:, 2] = (
+        points[:, 0] - away[:, 0] + cosine * away[:, 0] + sine * away[:, 2],
+        cosine * away[:, 2] - sine * away[:, 0],
+    )
+    face = np.concatenate([CAMERA.project(points), CAMERA.scale * points[:, 2:]], axis=1)
+    return Subject(
+        image=np.zeros((2048, 2048, 3), np.uint8),
+        mask=np.ones((2048, 2048), np.float32),
+        keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.zeros((33, 3), np.float32),
+        crop=(0, 0, 2048, 2048),
+        photo_size=(2048, 2048),
+        face=face.astype(np.float32),
+    )
+
+
+@pytest.fixture(scope="module")
+def plain(body: Body) -> Reconstruction:
+    """One piece around the body: a surface without eyes and mouth, such as backends give."""
+    import open3d
+
+    skin = body.faces[body.faces.max(axis=1) < 13348]
+    mesh = open3d.geometry.TriangleMesh(
+        open3d.utility.Vector3dVector(body.vertices[:13348].astype(np.float64)), open3d.utility.Vector3iVector(skin)
+    )
+    low, high = body.vertices.min(axis=0) - 0.03, body.vertices.max(axis=0) + 0.03
+    low[1] = float(body.vertices[:, 1].max()) - 0.42  # from the shoulders up
+    counts = np.ceil((high - low) / 0.008).astype(int)
+    axes = [low[k] + 0.008 * np.arange(counts[k]) for k in range(3)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32)
+    scene = open3d.t.geometry.RaycastingScene()
+    scene.add_triangles(open3d.t.geometry.TriangleMesh.from_legacy(mesh))
+    distance = scene.compute_signed_distance(grid).numpy() - 0.003
+    distance[0], distance[-1], distance[:, 0], distance[:, -1] = (
+        np.maximum(edge, 0.004) for edge in (distance[0], distance[-1], distance[:, 0], distance[:, -1])
+    )
+    from skimage.measure import marching_cubes
+
+    vertices, faces, _, _ = marching_cubes(distance, 0.0, spacing=(0.008,) * 3)
+    from a2v.geometry.mesh import keep_pieces
+
+    vertices, faces = keep_pieces(
+        vertices + low, faces[:, ::-1].astype(np.int64) if _inside_out(vertices, faces) else faces.astype(np.int64)
+    )
+    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full(vertices.shape, 0.5, np.float32))
+    return Reconstruction(surface=surface, backend="test", expected_colors=surface.colors)
+
+
+def _inside_out(vertices: np.ndarray, faces: np.ndarray) -> bool:
+    corners = vertices[faces]
+    return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) < 0
+
+
+@pytest.fixture(scope="module")
+def made(plain: Reconstruction, body: Body) -> Surface:
+    return add_face(plain, photographed(body), body, CAMERA).surface
+
+
+@pytest.fixture(scope="module")
+def face(made: Surface) -> Face:
+    assert made.face is not None
+    return made.face
+
+
+def kind(face: Face, surface: Surface, number: int) -> np.ndarray:
+    return surface.vertices[face.patch[face.kinds == number]].astype(np.float64)
+
+
+def test_the_surface_stays_whole(made: Surface, face: Face, plain: Reconstruction) -> None:
+    assert is_closed(made.vertices, made.faces)
+    assert set(np.unique(face.kinds)) == {0, 1, 2, 3, 4}
+    reach = np.linalg.norm(made.vertices - made.vertices[face.patch].mean(axis=0), axis=1)
+    kept = made.vertices[(np.arange(len(made.vertices)) < face.patch[0]) & (reach > 0.15)]
+    assert len(kept) > 1000
+    old = {tuple(vertex) for vertex in plain.surface.vertices.tolist()}
+    assert all(tuple(vertex) in old for vertex in kept.tolist())  # nothing far from the face has moved
+
+
+def test_lids_and_lips_lie_where_the_photo_has_them(made: Surface, face: Face, body: Body) -> None:
+    ids, weights = face_landmarks()
+    place = np.full(13718, -1)
+    place[face.twins[face.kinds == 0]] = face.patch[face.kinds == 0]
+    subject = photographed(body)
+    assert subject.face is not None
+    known = (place[ids] >= 0).all(axis=1)
+    assert known[list(RIGHT_EYE)].all()
+    seen = CAMERA.project(np.einsum("kc,kcd->kd", weights[known], made.vertices[place[ids[known]]].astype(np.float64)))
+    wide = float(np.ptp(subject.face[:, 0]))
+    away = np.linalg.norm(seen - subject.face[known, :2], axis=1) * 512 / wide
+    chosen = np.isin(np.flatnonzero(known), placing_points(np.tile(np.arange(478)[:, None], (1, 2)))[:, 0].astype(int))
+    assert away[chosen].max() < 4  # pixels of a face of 512
+    assert away[chosen].mean() < 1
+
+
+def test_a_blink_moves_the_lids_alone_and_shuts_them(made: Surface, face: Face) -> None:
+    balls = kind(face, made, 1)
+    moved, offsets = face.mixed(BOTH_LIDS)
+    far = np.linalg.norm(
+        made.vertices[moved][:, None] - [balls[balls[:, 0] > balls[:, 0].mean()].mean(0), balls[balls[:, 0] < balls[:, 0].mean()].mean(0)],
+        axis=-1,
+    ).min(axis=1)
+    assert far[np.linalg.norm(offsets, axis=1) > 5e-4].max() < 0.045
+    assert uncovered(made, face, {}) > 0.05
+    assert uncovered(made, face, BOTH_LIDS) < 0.05 * uncovered(made, face, {})
+    assert uncovered(made, face, {"eyeBlinkLeft": 1.0}) == pytest.approx(uncovered(made, face, {}) / 2, rel=0.25)
+
+
+def uncovered(surface: Surface, face: Face, strengths: dict[str, float]) -> float:
+    """Fraction of the places before the eyeballs from where they are seen."""
+    from a2v.geometry.rays import ray_scene
+
+    moved, offsets = face.mixed(strengths)
+    vertices = surface.vertices.copy()
+    vertices[moved] += offsets.astype(np.float32)
+    kinds = np.zeros(len(vertices), int)
+    kinds[face.patch] = face.kinds
+    seen = []
+    for side in (1, -1):
+        ball = kind(face, surface, 1)
+        ball = ball[side * (ball[:, 0] - ball[:, 0].mean()) > 0]
+        x, y = np.meshgrid(*(np.linspace(ball[:, k].min(), ball[:, k].max(), 60) for k in (0, 1)))
+        rays = np.stack([x, y, 0 * x + 5, 0 * x, 0 * x, 0 * x - 1], axis=-1).astype(np.float32)
+        hit = ray_scene(vertices, surface.faces).cast_rays(rays)["primitive_ids"].numpy().astype(np.int64)
+        seen.append(
+            np.where(hit < len(surface.faces), kinds[surface.faces[np.minimum(hit, len(surface.faces) - 1)]].min(axis=-1) == 1, False)
+        )
+    return float(np.mean(seen))
+
+
+def test_left_and_right_are_alike(face: Face) -> None:
+    for name in ("eyeBlink", "mouthSmile", "browDown", "cheekSquint"):
+        left, right = (np.linalg.norm(face.target(name + side)[1], axis=1).sum() for side in ("Left", "Right"))
+        assert left == pytest.approx(right, rel=0.1), name
+
+
+def test_a_jaw_opens_the_lips(made: Surface, face: Face) -> None:
+    moved, offsets = face.mixed({"jawOpen": 1.0})
+    patch = dict(zip(face.patch.tolist(), face.kinds.tolist(), strict=True))
+    teeth = [place for place, vertex in enumerate(moved.tolist()) if patch.get(vertex) == 4]
+    assert len(teeth) == 68  # the lower row
+    assert offsets[teeth][:, 1].min() < -0.015
+    assert np.linalg.norm(offsets, axis=1).max() < 0.05
+
+
+def test_all_of_arkit_is_there_and_nothing_is_the_neutral(made: Surface, face: Face, body: Body) -> None:
+    assert set(face.names) == set(actions_of())
+    assert len(face.names) == 52
+    assert all(len(face.target(name)[0]) for name in face.names)
+    person = bind(made, body)
+    posed = deform(person, body.bone_transforms)
+    assert express(person, posed, body.bone_transforms, {}) is posed
+    assert express(person, posed, body.bone_transforms, {"jawOpen": 0.0}) is posed
+    np.testing.assert_array_equal(person.anchors[face.patch], face.twins)
+
+
+def test_an_expression_goes_with_the_head(made: Surface, face: Face, body: Body) -> None:
+    person = bind(made, body)
+    turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    turned = body.bone_transforms.astype(np.float64).copy()
+    turned[:, :3, :3], turned[:, :3, 3] = turn @ turned[:, :3, :3], turned[:, :3, 3] @ turn.T
+    rest, away = (express(person, deform(person, moves), moves, BOTH_LIDS) for moves in (body.bone_transforms, turned))
+    np.testing.assert_allclose(away, rest @ turn.T, atol=1e-5)
+
+
+def test_another_rig_expresses_the_same(made: Surface, face: Face, body: Body) -> None:
+    person = bind(made, body)
+    change = change_rig(person, load_rig("vrm"))
+    back = change.follow(body.bone_transforms[None])[0]
+    difference = [
+        express(one, deform(one, moves), moves, {"jawOpen": 1.0}) - deform(one, moves)
+        for one, moves in ((person, body.bone_transforms), (change.character, back))
+    ]
+    np.testing.assert_allclose(difference[1], difference[0], atol=2e-4)
+
+
+def test_without_a_face_from_before_nothing_changes(plain: Reconstruction, body: Body) -> None:
+    blind = dataclasses.replace(photographed(body), face=None)
+    for subject, reason in ((blind, "no face"), (photographed(body, turned=60.0), "turned away by 6")):
+        kept = add_face(plain, subject, body, CAMERA)
+        assert kept.surface.face is None
+        assert kept.surface.vertices is plain.surface.vertices
+        assert reason in kept.surface.provenance["face"]
+    assert add_face(plain, photographed(body), body, CAMERA, settings=FaceSettings(expressions=False)) is plain
+
+
+def test_a_face_is_saved_and_older_characters_load(made: Surface, character: Character) -> None:
+    arrays = made.to_arrays()
+    again = Surface.from_arrays(arrays)
+    assert again.face is not None
+    assert again.face.names == made.face.names  # type: ignore[union-attr]
+    np.testing.assert_array_equal(again.face.offsets, made.face.offsets)  # type: ignore[union-attr]
+    old = {name: array for name, array in character.to_arrays().items() if ".face." not in name}
+    assert Character.from_arrays(old).surface.face is None
+
+
+def test_the_bend_keeps_what_touches_together() -> None:
+    random = np.random.default_rng(0)
+    sources = random.uniform(-0.1, 0.1, (30, 2))
+    bend = _Bend(sources, sources + random.normal(0, 0.003, (30, 2)), 0.0)
+    points = random.uniform(-0.1, 0.1, (5, 3))
+    np.testing.assert_allclose(bend(points)[:, 2], points[:, 2])
+    np.testing.assert_array_equal(bend(points), bend(points.copy()))
+
+
+def test_two_loops_are_sewn_into_a_band() -> None:
+    angles = [np.linspace(0, 2 * np.pi, count, endpoint=False) for count in (30, 47)]
+    loops = [np.stack([radius * np.cos(a), radius * np.sin(a), 0 * a], axis=1) for radius, a in zip((1.2, 1.0), angles, strict=True)]
+    strip = sew(np.concatenate(loops), np.arange(30), 30 + np.arange(47))
+    assert len(strip) == 77
+    corners = np.concatenate(loops)[strip]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    assert (normals > 0).all()
+    polygons = [0.5 * count * np.sin(2 * np.pi / count) * radius**2 for count, radius in ((30, 1.2), (47, 1.0))]
+    assert 0.5 * normals.sum() == pytest.approx(polygons[0] - polygons[1])
+
+
+def test_the_patch_has_one_rim() -> None:
+    patch = face_patch()
+    assert len(np.unique(patch.rim)) == len(patch.rim)
+    assert (patch.kinds[patch.rim] == 0).all()
+
+
+@pytest.mark.parametrize("fps", [8.0, 24.0, 60.0])
+def test_people_blink_now_and_then(fps: float) -> None:
+    seconds = 600
+    shut = blinks(int(seconds * fps), fps, BlinkSettings(seed=3))
+    assert shut.min() == 0
+    starts = np.flatnonzero((shut[1:] == 1) & (shut[:-1] < 1))
+    assert 10 < len(starts) * 60 / seconds < 20
+    assert (np.diff(starts) / fps).min() > 0.8
+    np.testing.assert_array_equal(shut, blinks(int(seconds * fps), fps, BlinkSettings(seed=3)))
+    assert not np.array_equal(shut, blinks(int(seconds * fps), fps, BlinkSettings(seed=4)))
+    assert (blinks(int(2.5 * fps), fps, BlinkSettings(seed=9)) == 1).any()  # short clips show one
+    assert blinking(100, fps, BlinkSettings(rate=0)) == {}

@@ -88,6 +88,8 @@ class Writer:
 
 
 PIFU_WIDTHS = (257, 1024, 512, 256, 128, 1)
+NARROW = (257, 8, 8, 8, 8, 1)
+"""Widths of layers for points where many points are asked about."""
 
 
 def pifu_geometry(stacks: int = 4, widths: tuple[int, ...] = PIFU_WIDTHS, seed: int = 0) -> State:
@@ -130,7 +132,7 @@ def slab(front: float, back: float, inside: float) -> State:
 
     Blocks without their convolutions pass on what they are given, so the features are the blurred picture: `inside` is their value there.
     """
-    state = {name: torch.zeros_like(value) if value.ndim > 1 else value for name, value in pifu_geometry(1).items()}
+    state = {name: torch.zeros_like(value) if value.ndim > 1 else value for name, value in pifu_geometry(1, NARROW).items()}
     for index in range(64):  # each channel beside its negative: group norms then only scale
         state["image_filter.conv1.weight"][index, 0, 3, 3] = 1 - 2 * (index % 2)
     for name, before in (("conv2", 64), ("conv4", 128)):

@@ -46,7 +46,7 @@ def files(lit, tmp_path_factory):
     with torch.inference_mode():
         network = PIFuGeometry(saved(slab(FRONT, BACK, 1.0), folder / "first"))
         inside = float(network.see(torch.from_numpy(image.transpose(2, 0, 1)[None].copy())).max())
-    colors = pifu_color()
+    colors = pifu_color((513, 8, 8, 8, 8, 3))
     for name in colors:
         if name.startswith("surface_classifier"):
             colors[name].zero_()

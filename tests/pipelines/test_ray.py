@@ -17,6 +17,10 @@ from tests.pipelines.test_batch import batch, dies_once, drive, task
 
 pytest.importorskip("ray", reason="needs a2v[ray]")
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
+LIGHT = (
+    "--fit.rounds", "2", "--fit.steps", "3", "--perception.refine", "false", "--implicit.resolution", "200", "--implicit.vertices", "25000",
+    "--color.texture", "256",
+)  # fmt: skip
 OF_PEOPLE = ("subject", "photo_body", "surface", "body", "colored", "character", "task_person")
 
 
@@ -49,12 +53,12 @@ def test_a_batch_gives_the_same_files(tmp_path):
     """People are remembered from the first run; motions and videos are made by Ray's workers in a store of their own."""
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
     (tmp_path / "jobs.csv").write_text("photo,action,seed\nme.jpg,Walk,7\nme.jpg,Jump,8\n")
-    assert batch(tmp_path / "jobs.csv", tmp_path / "serial") == 0
+    assert batch(tmp_path / "jobs.csv", tmp_path / "serial", *LIGHT) == 0
     other = Store(tmp_path / "store")
     shutil.copytree(default_folder() / "objects", other.folder / "objects", copy_function=os.link)
     for name in OF_PEOPLE:
         shutil.copytree(default_folder() / "calls" / name, other.folder / "calls" / name)
-    assert batch(tmp_path / "jobs.csv", tmp_path / "ray", "--executor", "ray", "--workers", "2", "--cache", str(other.folder)) == 0
+    assert batch(tmp_path / "jobs.csv", tmp_path / "ray", *LIGHT, "--executor", "ray", "--workers", "2", "--cache", str(other.folder)) == 0
     files = {path.relative_to(tmp_path / "serial"): sha256(path) for path in (tmp_path / "serial").glob("*/*") if path.name != "job.json"}
     assert len(files) == 2 * 7
     assert {path: sha256(tmp_path / "ray" / path) for path in files} == files

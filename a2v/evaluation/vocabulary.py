@@ -92,7 +92,7 @@ def score_actions(
 def repetition(generated: FloatArray, clips: Sequence[FloatArray], skeleton: Skeleton) -> tuple[float, float | None]:
     """How near generated windows are to recorded ones, and recorded ones to those of other clips.
 
-    Windows are compared where their first frames stand at the origin and face +z.
+    Windows are compared with their first roots at the origin, facing +z.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def _windows(clip: FloatArray, length: int) -> FloatArray:
 
 
 def _aligned(windows: FloatArray, skeleton: Skeleton) -> FloatArray:
-    """Flat windows (N, D) float32 that begin above the origin and face +z, so that |a - b| is a root mean square over joints."""
-    moved = windows - windows[:, :1, :1] * np.array([1, 0, 1], dtype=np.float32)
+    """Flat windows (N, D) float32 whose first root is the origin and that face +z, so that |a - b| is a root mean square over joints."""
+    moved = windows - windows[:, :1, :1]
     moved = face_forward(moved, first_heading(moved, skeleton))[:, ::FRAME_STEP]
     flat: FloatArray = (moved.reshape(len(moved), -1) / np.sqrt(moved.shape[1] * moved.shape[2])).astype(np.float32)
     return flat

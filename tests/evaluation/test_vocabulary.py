@@ -18,7 +18,7 @@ from tests.support.motions import mirrored, waving
 def test_a_copy_is_found_wherever_it_stands_and_faces():
     clips = waving(clips=4).joints
     window = clips[0][4:24]
-    moved = window @ yaw_to_rotmat(np.float64(2.1)).T.astype(np.float32) + np.float32([3, 0, -7])
+    moved = window @ yaw_to_rotmat(np.float64(2.1)).T.astype(np.float32) + np.float32([3, 1, -7])
     nearest, takes = repetition(moved[None], clips, CMU)
     assert nearest == pytest.approx(0, abs=2e-3)
     assert takes is not None
@@ -27,9 +27,10 @@ def test_a_copy_is_found_wherever_it_stands_and_faces():
 
 def test_the_distance_is_the_root_mean_square_over_joints():
     clip = waving(clips=1).joints[0][:20]
-    raised = clip + np.float32([0, 0.25, 0])
+    raised = clip.copy()
+    raised[4:] += np.float32([0, 0.25, 0])  # all but the first of the five poses that are compared
     nearest, takes = repetition(raised[None], [clip], CMU)
-    assert nearest == pytest.approx(0.25, rel=1e-3)
+    assert nearest == pytest.approx(0.25 * np.sqrt(4 / 5), rel=1e-3)
     assert takes is None  # a single clip has no other take
 
 

@@ -59,7 +59,7 @@ Parameters = dict[str, Any]
 
 def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
     """The steps from a photo and an action (or a recorded motion) to the video and the exports."""
-    from pipelines.nodes import animation, body, export, motion, reconstruction, rendering, subject
+    from pipelines.nodes import animation, body, export, motion, place, reconstruction, rendering, subject
 
     return (
         Step(motion.recorded if recorded else motion.motion, "motion"),
@@ -78,6 +78,9 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]"),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
+        Step(place.place, "place"),
+        Step(place.placed, "placed", "posed[t] -> placed[t]"),
+        Step(place.photo_clip, "photo_clip"),
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
         Step(export.still, "still"),

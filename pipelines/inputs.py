@@ -79,6 +79,10 @@ def put_file(store: Store, path: str | os.PathLike[str] | None) -> Ref[Blob] | N
     return dataclasses.replace(ref, source=os.fspath(path))
 
 
+PHOTO = "photo"
+"""The background that is the photo's own place, and the name of its view."""
+
+
 # --- options that commands share; each gives the graph's parameters that it stands for
 
 
@@ -91,13 +95,20 @@ class LookOptions:
     )
     camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
     background: str = option(
-        "stage, transparent (adds PNGs), a colour (navy, #30506f) or an image file", default=_LOOK.background, metavar="WHAT"
+        "stage, transparent (adds PNGs), a colour (navy, #30506f), an image file, or photo: adds photo.mp4, in the photo's own place",
+        default=_LOOK.background,
+        metavar="WHAT",
     )
     size: int = option("pixels a side", default=_LOOK.size)
     spp: int = option("samples a pixel", default=_LOOK.spp)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
+
+    @property
+    def in_photo(self) -> bool:
+        """Whether the photo's own place is wanted beside the views."""
+        return self.background == PHOTO
 
     def parameters(self, store: Store) -> Parameters:
         """`render`, `cameras` and `backdrop`.
@@ -111,7 +122,7 @@ class LookOptions:
 
         cameras = () if self.camera is None else read_cameras(self.camera)
         named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
-        background, backdrop = _background(store, self.background)
+        background, backdrop = _background(store, _LOOK.background if self.in_photo else self.background)
         render = RenderSettings(
             views=tuple(view.strip() for view in named),
             background=background,
@@ -137,7 +148,7 @@ def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
         red, green, blue, *_ = ImageColor.getrgb(asked)
         return f"#{red:02x}{green:02x}{blue:02x}", None
     if not Path(asked).is_file():
-        raise InputError(f"background '{asked}' is no file; expected stage, transparent, a colour such as #30506f, or an image")
+        raise InputError(f"background '{asked}' is no file; expected stage, photo, transparent, a colour such as #30506f, or an image")
     data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
     decode_photo(data, Path(asked).name)  # or an error before anything long runs
     return "image", put_file(store, asked)

@@ -18,7 +18,7 @@ from pipelines.run import Outcome
 from pipelines.store import Ref
 
 _OWN = RigOptions()
-_NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "bvh": "motion.bvh"}
+_NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "photo_clip": "photo.mp4", "bvh": "motion.bvh"}
 
 
 def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN, edit: Edit = Edit()) -> list[Path]:
@@ -29,6 +29,8 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
     from a2v.rendering import write_page
 
     written = [write_blob(outcome, outcome.values["video"], folder / "video.mp4")]
+    if "photo_clip" in outcome.values:
+        written.append(write_blob(outcome, outcome.values["photo_clip"], folder / _NAMES["photo_clip"]))
     written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
     motion = outcome.get("motion", Motion)
     if edit.in_place:
@@ -77,7 +79,7 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
         per_view = name == "clip" or refs.ndim == 2
         stem = [views[index[-1]]] if per_view else []
         stem += [f"{index[0]:04d}"] if name != "clip" else []
-        suffix = {"clip": ".mp4", "frame": ".png"}.get(name, ".npz")
+        suffix = {"clip": ".mp4", "frame": ".png", "placed": ".png"}.get(name, ".npz")
         target = folder / name / ("_".join(stem) + suffix) if name != "clip" else folder / ("".join(stem) + suffix)
         written.append(_write(outcome, name, refs[index], target))
     return written
@@ -86,7 +88,7 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
 def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:
     if name in _NAMES or name == "clip":
         return write_blob(outcome, ref, path)
-    if name == "frame":
+    if name in ("frame", "placed"):
         with atomic_path(path) as temporary:
             temporary.write_bytes(outcome.store.get(ref, Image).png.tobytes())
         return path

@@ -15,6 +15,13 @@ def photo_to_world(body: Body) -> FloatArray:
     return np.array([-root[0], -float(body.vertices[:, 1].min()), -root[2]])
 
 
+def in_world(body: Body) -> FloatArray:
+    """World from bone (B, 4, 4) of a fitted body's own pose, where `photo_to_world` puts it."""
+    moved = body.bone_transforms.astype(np.float64)
+    moved[:, :3, 3] += photo_to_world(body)
+    return moved
+
+
 def enter_from(transforms: FloatArray, start: FloatArray, parents: IntArray, *, fps: float, seconds: float = 0.9) -> FloatArray:
     """Bone transforms whose first frame is `start` and that are a clip's own after `seconds`.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.animation.contacts import ContactSettings
+from a2v.animation.entrance import enter_from, in_world
 from a2v.animation.grounding import clean_contacts
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
@@ -39,6 +40,8 @@ class RetargetSettings:
         Time constant in seconds of the smoothing of the limbs' twist.
     contacts : ContactSettings
         Detection and locking of foot contacts.
+    from_photo : bool
+        Begin in the body's own pose, which is the photo's, and go over into the motion (`a2v.animation.entrance`).
     """
 
     raw: bool = False
@@ -48,6 +51,7 @@ class RetargetSettings:
     smoothing: float = 0.02
     twist_smoothing: float = 0.06
     contacts: ContactSettings = field(default_factory=ContactSettings)
+    from_photo: bool = False
 
 
 def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = RetargetSettings()) -> FloatArray:
@@ -98,6 +102,8 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
+    if settings.from_photo:
+        transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)
 
 

@@ -130,3 +130,24 @@ def exposed(scene: SceneSettings, gain: FloatArray) -> SceneSettings:
     background = tuple(np.asarray(linear_to_srgb(fill), np.float64).tolist())
     sun = tuple((np.array(scene.sun) * gain).tolist())
     return dataclasses.replace(scene, background=background, sun=sun)
+
+
+def gain_to(color: FloatArray, alpha: FloatArray, picture: ByteArray, mask: FloatArray) -> FloatArray:
+    """By what to multiply the lights (3,), linear RGB, so that a rendered person is as bright and as coloured as in the picture.
+
+    Parameters
+    ----------
+    color, alpha : (S, S, 3), (S, S)
+        The rendered person: linear RGB times opacity, and opacity.
+    picture, mask : (N, N, 3) uint8, (N, N) float
+        The photo and the person's opacity in it, of the same field of view.
+    """
+    import cv2
+
+    size = alpha.shape[::-1]
+    photo = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    both = (alpha > 0.95) & (cv2.resize(mask, size, interpolation=cv2.INTER_AREA) > 0.95)
+    if both.sum() < 20:
+        return np.ones(3)
+    wanted, given = srgb_to_linear(photo[both] / np.float32(255)), color[both]
+    return np.clip(wanted.mean(axis=0) / np.maximum(given.mean(axis=0), 1e-4), 0.25, 4.0)

@@ -27,6 +27,7 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --model cmu-fine --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
+  a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
   a2v video --photo me.jpg --action Walk --loop --in-place --rig unreal --out out/cycle                    for game engines
   a2v video --photo me.jpg --action Wave --animation gif --max-mb 5 --sheet --out out/wave
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
@@ -48,6 +49,7 @@ class Options:
     animation: str | None = option("video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True)
     max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
     sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
+    from_photo: bool = flag("begin in the photo's own pose and go over into the action")
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up")
     no_blink: bool = flag("the eyes stay open; by default the person blinks now and then (--blink.rate, --blink.seed)")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
@@ -66,8 +68,8 @@ def run(options: Options) -> Answer:
     if not options.max_mb > 0:
         raise InputError(f"max-mb is {options.max_mb}; expected megabytes above 0")
     store, stages = Store(options.running.cache), options.stages
-    if options.raw:
-        stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, raw=True))
+    asked = {name: True for name in ("raw", "from_photo") if getattr(options, name)}
+    stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, **asked))
     if options.no_blink:
         stages = dataclasses.replace(stages, blink=dataclasses.replace(stages.blink, rate=0))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
@@ -80,6 +82,7 @@ def run(options: Options) -> Answer:
         raise InputError("--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out")
     exports = ["character", "poses"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
+    targets += ["photo_clip"] if options.look.in_photo and not options.only else []
     transparent = parameters["render"].background == "transparent" and not options.only  # an MP4 has no alpha channel
     outcome = options.running.run([*targets, *(["frame"] if transparent else [])], parameters, graph=graph, start=options.start)
     views = parameters["render"].views

@@ -78,16 +78,17 @@ def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings]
 @memo()
 def clip(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
     """One view as an MP4."""
-    return put(_encode((get(ref, Image).pixels for ref in frame), get(poses, Poses).fps))
+    return put(encode((get(ref, Image).pixels for ref in frame), get(poses, Poses).fps))
 
 
 @memo()
 def video(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
     """All views side by side as an MP4."""
-    return put(_encode((np.concatenate([get(ref, Image).pixels for ref in row], axis=1) for row in frame), get(poses, Poses).fps))
+    return put(encode((np.concatenate([get(ref, Image).pixels for ref in row], axis=1) for row in frame), get(poses, Poses).fps))
 
 
-def _encode(frames: Iterator[np.ndarray], fps: float) -> Blob:
+def encode(frames: Iterator[np.ndarray], fps: float) -> Blob:
+    """Frames as an MP4."""
     from a2v.rendering import write_video
 
     with tempfile.TemporaryDirectory() as folder:

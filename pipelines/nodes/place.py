@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from a2v.rendering.place import Place
-from a2v.types import Character, FloatArray, OrthographicCamera, RenderSettings, Subject
+from a2v.types import Character, OrthographicCamera, RenderSettings, Subject
 from pipelines.memo import memo
 from pipelines.nodes.rendering import encode
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
@@ -29,7 +29,8 @@ def place(
     from a2v.perception import decode_photo
     from a2v.perception.paint_out import in_photo, paint_out
     from a2v.rendering import Renderer
-    from a2v.rendering.place import estimate_light, exposed, gain_to, photo_camera as camera_of, square
+    from a2v.rendering.place import estimate_light, exposed, gain_to, square
+    from a2v.rendering.place import photo_camera as camera_of
 
     person, found = load_character(current().address, character), get(subject, Subject)
     pixels = decode_photo(bytes(get(photo, Blob)))[..., :3]

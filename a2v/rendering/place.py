@@ -15,9 +15,9 @@ from a2v.rendering.camera import ViewCamera
 from a2v.rendering.scene import SceneSettings
 from a2v.types import ByteArray, FloatArray, OrthographicCamera, Subject, Surface
 
-FOV = 30.0
+FOV = 10.0
 """Degrees that the photo's longer side is taken to span. The person was reconstructed as an orthographic camera sees; from a camera that is
-far away it looks nearly so, and still grows when it comes nearer."""
+far away it looks nearly so, and still grows when it comes nearer. (30 degrees: outlines overlap by .94 on the sample; docs/rendering.md.)"""
 
 DIRECTED = 0.4
 """Largest share of the light that comes from one direction: the colours of the photo hold its shading already."""
@@ -48,14 +48,16 @@ class Place(Record):
         self._check("picture", ("S", "S", 3))
 
 
-def photo_camera(subject: Subject, camera: OrthographicCamera, offset: FloatArray, *, fov: float = FOV) -> ViewCamera:
-    """The level perspective camera that sees the plane of the person's root as the photo does.
+def photo_camera(subject: Subject, camera: OrthographicCamera, surface: Surface, offset: FloatArray, *, fov: float = FOV) -> ViewCamera:
+    """The level perspective camera that sees the plane of what the photo shows of the person, its middle, as the photo does.
 
     Parameters
     ----------
     subject : Subject
     camera : OrthographicCamera
         Of the fit, in pixels of the subject's crop.
+    surface : Surface
+        The person in the frame of `camera`.
     offset : (3,)
         From the frame of `camera` to the world, where the root is over the origin (`a2v.animation.photo_to_world`).
     fov : float
@@ -71,10 +73,17 @@ def photo_camera(subject: Subject, camera: OrthographicCamera, offset: FloatArra
     left, top, right, _ = subject.crop
     ratio = (right - left) / subject.image.shape[1]  # pixels of the photo in one of the crop
     middle = (np.array(subject.photo_size) / 2 - (left, top)) / ratio
-    place = camera.unproject(middle, 0.0) + offset
+    place = camera.unproject(middle, _seen_depth(surface)) + offset
     distance = max(subject.photo_size) / 2 / (ratio * camera.scale * np.tan(np.radians(fov) / 2))
-    x, y = float(place[0]), float(place[1])
-    return ViewCamera(origin=(x, y, distance), target=(x, y, 0.0), fov=fov)
+    x, y, z = (float(value) for value in place)
+    return ViewCamera(origin=(x, y, z + distance), target=(x, y, z), fov=fov)
+
+
+def _seen_depth(surface: Surface) -> float:
+    """Mean z of what faces the camera, as large as the picture shows it."""
+    corners = surface.vertices[surface.faces].astype(np.float64)
+    facing = np.maximum(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2], 0)
+    return float((facing * corners[..., 2].mean(axis=1)).sum() / max(float(facing.sum()), 1e-12))
 
 
 def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:

@@ -36,7 +36,7 @@ def place(
     pixels = decode_photo(bytes(get(photo, Blob)))[..., :3]
     mask = in_photo(found.mask, found.crop, found.photo_size)
     offset = photo_to_world(person.body)
-    camera = camera_of(found, get(photo_camera, OrthographicCamera), offset)
+    camera = camera_of(found, get(photo_camera, OrthographicCamera), person.surface, offset)
     seen, frame = square(pixels)
     over = np.zeros(seen.shape[:2], np.float32)
     over[frame[1] : frame[3], frame[0] : frame[2]] = mask

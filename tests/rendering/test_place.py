@@ -1,0 +1,93 @@
+"""The photo's place: camera, lights, frame."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import trimesh
+
+from a2v.errors import InputError
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
+from a2v.geometry.mesh import vertex_normals
+from a2v.rendering.place import DIRECTED, estimate_light, exposed, gain_to, photo_camera, square
+from a2v.types import OrthographicCamera, Subject, Surface
+
+CAMERA = OrthographicCamera(scale=100.0, center_u=90.0, center_v=230.0)
+
+
+def subject(crop=(-20, 40, 160, 300), photo_size=(400, 360)) -> Subject:
+    height, width = crop[3] - crop[1], crop[2] - crop[0]
+    return Subject(
+        image=np.zeros((height, width, 3), np.uint8), mask=np.zeros((height, width), np.float32), keypoints=np.zeros((33, 3), np.float32),
+        keypoints_3d=np.full((33, 3), np.nan, np.float32), crop=crop, photo_size=photo_size,
+    )  # fmt: skip
+
+
+def board(depth: float) -> Surface:
+    """A square metre that faces the camera at z = `depth`."""
+    corners = np.float32([[0, 0, depth], [1, 0, depth], [1, 1, depth], [0, 1, depth]])
+    return Surface(vertices=corners, faces=np.int32([[0, 1, 2], [0, 2, 3]]), colors=np.zeros((4, 3), np.float32))
+
+
+@pytest.mark.parametrize("fov", [8.0, 30.0])
+def test_the_seen_plane_stands_where_the_photo_shows_it(fov):
+    offset = np.array([0.3, 0.1, -0.4])
+    camera = photo_camera(subject(), CAMERA, board(0.25), offset, fov=fov)
+    points = np.float32([[0, 0, 0.25], [0.7, 1.8, 0.25], [-0.4, 0.9, 0.25]])
+    in_photo = CAMERA.project(points) + np.array([-20, 40])
+    in_square = in_photo + np.array([0, 20])  # the photo lies in the middle of a square of 400
+    np.testing.assert_allclose(camera.project(points + offset, 400), in_square, atol=1e-3)
+    nearer = camera.project(points + offset + np.array([0, 0, 0.5]), 400)
+    assert np.ptp(nearer, axis=0).min() > np.ptp(in_square, axis=0).min()  # it grows when it comes nearer
+
+
+def test_a_crop_that_was_reduced_counts_in_the_photos_pixels():
+    whole = subject()
+    half = dataclasses.replace(whole, image=whole.image[::2, ::2], mask=whole.mask[::2, ::2])
+    reduced = OrthographicCamera(scale=50.0, center_u=45.0, center_v=115.0)
+    zero = np.zeros(3)
+    np.testing.assert_allclose(photo_camera(half, reduced, board(0), zero).origin, photo_camera(whole, CAMERA, board(0), zero).origin)
+    with pytest.raises(InputError, match="field of view"):
+        photo_camera(whole, CAMERA, board(0), zero, fov=180)
+
+
+@pytest.mark.parametrize("shape", [(50, 80), (80, 50), (60, 60)])
+def test_the_photo_lies_unchanged_in_the_middle_of_its_square(shape):
+    photo = np.random.default_rng(0).integers(0, 256, (*shape, 3), dtype=np.uint8)
+    whole, (left, top, right, bottom) = square(photo)
+    assert whole.shape == (max(shape), max(shape), 3)
+    np.testing.assert_array_equal(whole[top:bottom, left:right], photo)
+    assert abs(left - (max(shape) - right)) <= 1
+    assert abs(top - (max(shape) - bottom)) <= 1
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_light_comes_from_the_bright_side(side):
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    vertices, faces = ball.vertices.astype(np.float32), ball.faces.astype(np.int32)
+    toward = np.array([side, 0.8, 0.6]) / np.linalg.norm([side, 0.8, 0.6])
+    shading = 0.3 + 0.7 * np.maximum(vertex_normals(vertices, faces) @ toward, 0)
+    albedo = 0.5 + 0.2 * np.random.default_rng(0).standard_normal(len(vertices))
+    colors = linear_to_srgb(np.clip(albedo * shading, 0, 1))[:, None] * np.ones(3)
+    scene = estimate_light(Surface(vertices=vertices, faces=faces, colors=colors.astype(np.float32)))
+    assert scene.sun_direction @ toward > 0.9
+    assert max(scene.spot) == scene.grid == 0
+    flat = estimate_light(Surface(vertices=vertices, faces=faces, colors=np.full((len(vertices), 3), 0.5, np.float32)))
+    assert max(flat.sun) < 0.05 < max(scene.sun)
+    assert srgb_to_linear(np.array(scene.background)).min() >= 1 - DIRECTED - 1e-6
+
+
+def test_the_gain_makes_a_render_as_bright_as_the_photo():
+    photo = np.full((40, 40, 3), (120, 90, 60), np.uint8)
+    alpha = np.zeros((20, 20), np.float32)
+    alpha[5:15, 5:15] = 1
+    color = alpha[..., None] * np.float32([0.1, 0.1, 0.1])
+    gain = gain_to(color, alpha, photo, np.kron(alpha, np.ones((2, 2), np.float32)))
+    np.testing.assert_allclose(gain * 0.1, srgb_to_linear(np.array([120, 90, 60]) / 255), rtol=1e-4)
+    scene = estimate_light(board(0))
+    brighter = exposed(scene, np.array([1.0, 0.5, 2.0]))
+    np.testing.assert_allclose(brighter.sun, np.array(scene.sun) * (1, 0.5, 2))
+    assert max(brighter.background) <= 1
+    np.testing.assert_array_equal(gain_to(color, np.zeros_like(alpha), photo, np.zeros((40, 40))), np.ones(3))

@@ -6,8 +6,6 @@ import csv
 import json
 import os
 import shutil
-import signal
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +15,13 @@ from a2v.errors import A2VError
 from a2v.io import sha256
 from pipelines.batch import schedule, tasks
 from pipelines.batch.results import write_tables
-from pipelines.batch.schedule import Schedule, SeparateWorkers, Watch
+from pipelines.batch.schedule import SeparateWorkers, Watch
 from pipelines.batch.tasks import Result, Task, perform
-from pipelines.cli import main
-from pipelines.inputs import RunOptions
 from pipelines.store import Store
+from tests.support.batches import batch, dies_once, drive, task
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
-SMALL = ["--frames", "2", "--views", "front", "--size", "48", "--spp", "1", "--executor", "serial", "--quiet"]
-
-
-def batch(jobs: Path, out: Path, *more: str) -> int:
-    return main(["batch", str(jobs), "--out", str(out), *SMALL, *more])
 
 
 def records(out: Path) -> dict[str, dict[str, Any]]:
@@ -63,7 +55,9 @@ def test_what_fails_stops_nothing_and_is_told(made):
     assert "damaged" in found["poisoned"]["problem"]
     assert not any(record["trace"] for record in found.values())
     for name in ("walk", "jump", "again"):
-        assert {"video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "thumbnail.jpg"} == set(found[name]["files"])
+        assert {"video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz", "preview.html", "thumbnail.jpg"} == set(
+            found[name]["files"]
+        )
     assert sha256(out / found["walk"]["folder"] / "video.mp4") == sha256(out / found["again"]["folder"] / "video.mp4")
     assert sha256(out / found["walk"]["folder"] / "video.mp4") != sha256(out / found["jump"]["folder"] / "video.mp4")
 
@@ -110,7 +104,9 @@ def test_again_does_nothing_and_another_folder_recalls(made, tmp_path, performed
     assert performed == []
     assert batch(jobs, tmp_path / "other") == 0
     assert performed == ["person"]  # the poisoned one: failures are not remembered in the store
-    assert {path.name: sha256(path) for path in out.rglob("*.bvh")} == {path.name: sha256(path) for path in (tmp_path / "other").rglob("*.bvh")}
+    assert {path.name: sha256(path) for path in out.rglob("*.bvh")} == {
+        path.name: sha256(path) for path in (tmp_path / "other").rglob("*.bvh")
+    }
 
 
 def test_a_lost_file_is_made_again_and_failures_are_tried_on_demand(made, tmp_path):
@@ -132,20 +128,6 @@ def test_a_lost_file_is_made_again_and_failures_are_tried_on_demand(made, tmp_pa
 # --- the schedule, on tasks without a graph
 
 
-def task(key: str, kind: tasks.Kind = "video", after: tuple[str, ...] = ()) -> Task:
-    return Task(kind, key, {}, False, after)
-
-
-def drive(monkeypatch, tmp_path: Path, given: list[Task], answer: Callable[..., Result], **options: Any) -> dict[str, Result]:
-    over: dict[str, Result] = {}
-    monkeypatch.setattr(schedule, "perform", answer)
-    running = RunOptions(executor=options.pop("executor", "serial"), workers=2, cache=str(tmp_path))
-    plan = Schedule(Store(tmp_path), running, limit=options.pop("limit", None), done=lambda one, result: over.update({one.key: result}), tick=str)
-    plan.run(given)
-    assert set(over) == {one.key for one in given}
-    return over
-
-
 def good(task: Task, store: Store, likeness: object) -> Result:
     return Result(seconds=1.0)
 
@@ -156,14 +138,6 @@ def bad(task: Task, store: Store, likeness: object) -> Result:
 
 def strange(task: Task, store: Store, likeness: object) -> Result:
     return Result(problem="worker x runs other code", strange=True)
-
-
-def dies_once(task: Task, store: Store, likeness: object) -> Result:
-    mark = store.folder / f"{task.key}.died"
-    if task.key == "always" or not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return Result(seconds=1.0)
 
 
 def test_jobs_of_a_failed_person_fail_with_its_reason_and_others_go_on(monkeypatch, tmp_path):

@@ -13,7 +13,7 @@ import pytest
 from a2v.io import sha256
 from pipelines.executors import RayExecutor
 from pipelines.store import Store, default_folder
-from tests.pipelines.test_batch import batch, dies_once, drive, task
+from tests.support.batches import batch, dies_once, drive, task
 
 pytest.importorskip("ray", reason="needs a2v[ray]")
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"

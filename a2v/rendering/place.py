@@ -159,4 +159,5 @@ def gain_to(color: FloatArray, alpha: FloatArray, picture: ByteArray, mask: Floa
     if both.sum() < 20:
         return np.ones(3)
     wanted, given = srgb_to_linear(photo[both] / np.float32(255)), color[both]
-    return np.clip(wanted.mean(axis=0) / np.maximum(given.mean(axis=0), 1e-4), 0.25, 4.0)
+    gain: FloatArray = np.clip(wanted.mean(axis=0) / np.maximum(given.mean(axis=0), 1e-4), 0.25, 4.0)
+    return gain

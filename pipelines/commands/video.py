@@ -68,8 +68,9 @@ def run(options: Options) -> Answer:
     if not options.max_mb > 0:
         raise InputError(f"max-mb is {options.max_mb}; expected megabytes above 0")
     store, stages = Store(options.running.cache), options.stages
-    asked = {name: True for name in ("raw", "from_photo") if getattr(options, name)}
-    stages = dataclasses.replace(stages, retarget=dataclasses.replace(stages.retarget, **asked))
+    moving = stages.retarget
+    moving = dataclasses.replace(moving, raw=options.raw or moving.raw, from_photo=options.from_photo or moving.from_photo)
+    stages = dataclasses.replace(stages, retarget=moving)
     if options.no_blink:
         stages = dataclasses.replace(stages, blink=dataclasses.replace(stages.blink, rate=0))
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)

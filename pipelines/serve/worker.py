@@ -85,7 +85,13 @@ class Watched(RunOptions):
     outcomes: list[Outcome] = field(default_factory=list)
 
     def run(
-        self, targets: str | Sequence[str], parameters: Mapping[str, object], *, graph: Graph | None = None, start: str | None = None
+        self,
+        targets: str | Sequence[str],
+        parameters: Mapping[str, object],
+        *,
+        graph: Graph | None = None,
+        start: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
     ) -> Outcome:
         """As `RunOptions.run`, without bars."""
         from pipelines.run import run
@@ -93,8 +99,9 @@ class Watched(RunOptions):
 
         given: dict[str, Any] = dict(parameters)
         outcome = run(
-            targets, graph=graph, executor=self.pool or "serial", store=Store(self.cache), start=start, progress=self.listener, **given
-        )
+            targets, graph=graph, executor=self.pool or "serial", store=Store(self.cache), start=start, overrides=overrides,
+            progress=self.listener, **given,
+        )  # fmt: skip
         self.outcomes.append(outcome)
         return outcome
 

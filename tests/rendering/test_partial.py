@@ -13,7 +13,7 @@ from a2v.rendering import Renderer, SceneSettings, ViewCamera, follow_cameras
 from a2v.rendering.empty import empty_stage
 from a2v.rendering.region import boxes, region
 from a2v.types import FloatArray, RenderSettings, Surface
-from tests.rendering.test_renderer import block
+from tests.support.blocks import block
 
 SETTINGS = RenderSettings(size=96, spp=8, threads=1)
 OBLIQUE = ViewCamera(origin=(3.0, 2.6, 3.3), target=(0.3, 0.9, 0.1), fov=40)

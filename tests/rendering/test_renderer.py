@@ -10,21 +10,9 @@ from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.rendering import Renderer, SceneSettings, ViewCamera, denoise, follow_cameras
 from a2v.rendering.scene import render_mesh
 from a2v.types import RenderSettings, Surface
+from tests.support.blocks import RED, block
 
 SETTINGS = RenderSettings(size=96, spp=8, threads=1)
-RED, BLUE = (0.8, 0.1, 0.1), (0.1, 0.1, 0.8)
-
-
-def block() -> Surface:
-    """A box 0.6 x 1.8 x 0.3 m on the ground; its left half (+x) is red, the right half blue."""
-    import trimesh
-
-    box = trimesh.creation.box((0.6, 1.8, 0.3))
-    for _ in range(3):
-        box = box.subdivide()
-    vertices = np.asarray(box.vertices, np.float32) + np.float32([0, 0.9, 0])
-    colors = np.where(vertices[:, :1] > 0, RED, BLUE).astype(np.float32)
-    return Surface(vertices=vertices, faces=np.asarray(box.faces, np.int32), colors=colors)
 
 
 def textured_quad() -> Surface:

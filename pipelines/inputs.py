@@ -25,7 +25,7 @@ from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS, BackendSettin
 from a2v.types import VIEWS, RenderSettings
 from pipelines.executors import EXECUTORS, ExecutorName
 from pipelines.graph import Parameters
-from pipelines.motion_options import motion_inputs
+from pipelines.motion_options import AUTO, motion_inputs
 from pipelines.options import flag, option, settings
 from pipelines.store import Ref, Store
 
@@ -300,7 +300,7 @@ def video_parameters(
     photo: str | os.PathLike[str],
     action: str = "",
     *,
-    model: str = "cmu",
+    model: str = AUTO,
     motion: str | None = None,
     seconds: float | None = None,
     frames: int | None = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +24,10 @@ if TYPE_CHECKING:
     from a2v.motion.direct import Direction
     from a2v.motion.prompts import Step
 
-MODEL = f"motion model: {', '.join(tuple(BUNDLED)[:3])}... (docs/motion.md), or an .onnx file"
+AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
+"""The default model, and what it stands for: the papers' eight actions where nothing else is asked for, 124 otherwise."""
+
+MODEL = f"motion model: {AUTO} ({FEW} for its eight actions, else {MANY}), {', '.join(tuple(BUNDLED)[2:4])}... (docs/motion.md), or an .onnx file"
 """What the options that name a motion model say."""
 
 ACTION = "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"
@@ -55,6 +59,26 @@ def length_of(*, frames: int | None, seconds: float | None, fps: float, longest:
     if not 1 <= frames <= MAX_FRAMES:
         raise InputError(f"frames is {frames}; expected 1 to {MAX_FRAMES}")
     return frames
+
+
+def open_model(name: str, action: str = "", *, timeline: str | None = None, path: str | None = None) -> MotionModel:
+    """The named model; for `AUTO` the one for what is asked for: paths and timelines take the many actions.
+
+    Raises
+    ------
+    InputError
+        No such model.
+    """
+    from a2v.motion import MotionModel
+    from a2v.motion.prompts import Vocabulary, parse_prompt
+
+    if name != AUTO:
+        return MotionModel.load(name)
+    few = MotionModel.load(FEW)
+    with contextlib.suppress(InputError):  # nothing among the few comes near
+        if action and timeline is None and path is None and all(one.score >= 1 for one in parse_prompt(action, Vocabulary.of(few.card))[1]):
+            return few
+    return MotionModel.load(MANY)
 
 
 def read_steps(model: MotionModel, action: str, timeline: str | None = None) -> tuple[list[Step], list[str]]:
@@ -103,9 +127,7 @@ def motion_inputs(
             raise InputError(f"{alone[0]} cannot be given with motion; a recorded motion goes where it went")
         length = length_of(frames=frames, seconds=seconds, fps=fps)
         return {"motion_file": File.of(motion), "action": action, "frames": length, "fps": fps, "edit": edit}
-    from a2v.motion import MotionModel
-
-    opened = MotionModel.load(model)
+    opened = open_model(model, action, timeline=timeline, path=path)
     steps, _ = read_steps(opened, action, timeline)
     length = length_of(frames=frames, seconds=seconds, fps=fps, longest=opened.card.frames / opened.fps)
     direction = read_direction(opened, steps, path, pace)
@@ -155,7 +177,7 @@ class PlanOptions:
     timeline: str | None = option(
         "YAML file of actions with their lengths, instead of --action (docs/motion.md)", default=None, metavar="FILE"
     )
-    model: str = option(MODEL, default="cmu")
+    model: str = option(MODEL, default=AUTO)
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None, rare=True)
     fps: float = option(FPS, default=SHOWN_FPS)
@@ -178,6 +200,6 @@ class MotionOptions(EditOptions, PlanOptions):
 
     def explained(self) -> list[str]:
         """What the words of the action were taken for, a line a part that is not an action's own name."""
-        from a2v.motion import MotionModel
-
-        return [] if self.motion is not None else read_steps(MotionModel.load(self.model), self.action, self.timeline)[1]
+        if self.motion is not None:
+            return []
+        return read_steps(open_model(self.model, self.action, timeline=self.timeline, path=self.path), self.action, self.timeline)[1]

@@ -144,6 +144,18 @@ def test_a_run_of_only_one_node_stops_there(made, tmp_path):
     assert Subject.load(tmp_path / "subject.npz").image.ndim == 3
 
 
+def test_the_person_steps_out_of_the_photo(made, tmp_path):
+    from a2v.rendering import read_video
+
+    execute(tmp_path / "out", "--background", "photo", "--from-photo", "--views", "front")
+    frames = np.stack(list(read_video(tmp_path / "out" / "photo.mp4"))).astype(float)
+    photo = np.asarray(Image.open(SAMPLE).resize((SIZE, SIZE), Image.Resampling.BOX), float)
+    assert frames.shape == (FRAMES, SIZE, SIZE, 3)
+    assert np.abs(frames[0] - photo).mean() < 6  # it begins as the photo, person and all
+    behind = np.median(photo.reshape(-1, 3), axis=0)
+    assert np.abs(photo - behind).mean() > 12  # and the person is not nothing
+
+
 def test_a_recorded_motion_moves_the_character(made, tmp_path):
     execute(tmp_path / "o", "--motion", made[0] / "motion.bvh")
     told = report(tmp_path / "o")

@@ -16,7 +16,7 @@ from a2v.types import Character
 from pipelines.answer import Answer
 from pipelines.graph import video_graph
 from pipelines.inputs import MovingStages, PhotoOptions, RunOptions, check_writable
-from pipelines.motion_options import FPS, FRAMES, MODEL, SECONDS, EditOptions, motion_inputs
+from pipelines.motion_options import AUTO, FPS, FRAMES, MODEL, SECONDS, EditOptions, motion_inputs
 from pipelines.nodes.values import Poses, Vertices
 from pipelines.options import flag, group, option
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
@@ -51,7 +51,7 @@ class Options:
     out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
     actions: str = option("of the model, with commas; each becomes a clip", default="")
     motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
-    model: str = option(MODEL, default="cmu")
+    model: str = option(MODEL, default=AUTO)
     seconds: float | None = option(SECONDS, default=None)
     frames: int | None = option(FRAMES, default=None)
     fps: float = option(FPS, default=SHOWN_FPS)

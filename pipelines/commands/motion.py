@@ -25,7 +25,7 @@ from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
-from pipelines.motion_options import EditOptions, PlanOptions, length_of, read_direction, read_steps
+from pipelines.motion_options import EditOptions, PlanOptions, length_of, open_model, read_direction, read_steps
 from pipelines.options import flag, group, option
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
@@ -41,8 +41,8 @@ EXAMPLES = """examples:
   a2v motion --action Walk --bone-scale legs=1.3,arms=0.8 --out giant.bvh
   a2v motion --action Walk --bones mine.bvh --out my-walk.bvh           with the bone lengths of the person in a file
   a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
-  a2v motion --model cmu-fine --action "sneak for 3 s, then run away" --out escape.bvh         in words
-  a2v motion --model cmu-fine --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
+  a2v motion --action "sneak for 3 s, then run away" --out escape.bvh         in words
+  a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
 
@@ -99,7 +99,8 @@ def run(options: Options) -> Answer:
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
-    model = MotionModel.load(options.plan.model)
+    plan = options.plan
+    model = open_model(plan.model, plan.action, timeline=plan.timeline, path=plan.path)
     if options.count * options.length(model) > MAX_FRAMES:
         raise InputError(f"{options.count} clips of {options.length(model)} frames; expected at most {MAX_FRAMES:,} frames in all")
     if options.native:

@@ -24,7 +24,7 @@ from pipelines.store import Store
 HELP = "Make a video of the person in a photo doing an action, seen from several sides, with a rigged character and its motion."
 EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
-  a2v video --photo me.jpg --model cmu-fine --action "sneak for 3 s, then run away" --out out/escape       in words
+  a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture

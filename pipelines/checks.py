@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from a2v.errors import A2VError
-from a2v.formats.fbx import find_node
+from a2v.formats.fbx import can_write, install_command
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
@@ -193,5 +193,6 @@ EXTRAS = {
 def check_extras() -> Iterator[Check]:
     """Which optional parts are installed."""
     for extra, (module, about) in EXTRAS.items():
-        there = importlib.util.find_spec(module) is not None or (extra == "fbx" and find_node() is not None)
-        yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else f"pip install 'a2v[{extra}]'")
+        there = can_write() if extra == "fbx" else importlib.util.find_spec(module) is not None
+        advice = "Node 18 (or pip install 'a2v[fbx]'), then: " + install_command() if extra == "fbx" else f"pip install 'a2v[{extra}]'"
+        yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else advice)

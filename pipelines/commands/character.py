@@ -27,7 +27,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump,Run --out me.glb                 three clips in one file
   a2v character --photo me.jpg --actions Walk --motions dance.bvh,kick.txt --out me.glb
   a2v character --photo me.jpg --actions Walk --out me.usdz                          needs pip install 'a2v[usd]'
-  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimetres; needs Node, or pip install 'a2v[fbx]'
+  a2v character --photo me.jpg --actions Walk,Jump --rig unreal --out me.fbx         centimetres; a2v doctor says what it needs
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm

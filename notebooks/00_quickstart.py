@@ -159,12 +159,6 @@ print(f"character.glb {len(result.get('glb', Blob).data) / 1e6:.1f} MB, motion.b
 a2v.show(bytes(result.get("video", Blob)), height=300)
 
 # %% [markdown]
-# The character, to turn: what `preview.html` shows beside the video. It stays in the notebook and in pages made of it.
-
-# %%
-a2v.show(bytes(result.get("glb", Blob)), title=ACTION)
-
-# %% [markdown]
 # ## Another action for the same person
 # The character is remembered: only motion, frames and video are new.
 
@@ -178,7 +172,7 @@ a2v.show(bytes(second.get("video", Blob)), height=300)
 
 # %% [markdown]
 # ## Choose yourself
-# Action, seed and length as widgets (they need a running kernel): the button makes the motion and moves the remembered character; no frames are rendered.
+# Action, seed and length as widgets (they need a running kernel): the button makes the motion and shows the remembered character doing it, to turn; no frames are rendered.
 
 # %%
 import ipywidgets as widgets

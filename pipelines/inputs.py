@@ -95,9 +95,7 @@ class LookOptions:
     )
     camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
     background: str = option(
-        "stage, transparent (adds PNGs), a colour (navy, #30506f), an image file, or photo: adds photo.mp4, in the photo's own place",
-        default=_LOOK.background,
-        metavar="WHAT",
+        "stage, transparent, a colour (navy, #30506f), an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
     )
     size: int = option("pixels a side", default=_LOOK.size)
     spp: int = option("samples a pixel", default=_LOOK.spp)

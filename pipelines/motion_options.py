@@ -13,7 +13,6 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.registry import readable_motions
 from a2v.kinematics.resample import SHOWN_FPS
-from a2v.motion import BUNDLED
 from a2v.motion.edit import Edit
 from pipelines.graph import Parameters
 from pipelines.options import flag, option
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
 """The default model, and what it stands for: the papers' eight actions where nothing else is asked for, 124 otherwise."""
 
-MODEL = f"motion model: {AUTO} ({FEW} for its eight actions, else {MANY}), {', '.join(tuple(BUNDLED)[2:4])}... (docs/motion.md), or an .onnx file"
+MODEL = f"motion model: {AUTO} ({FEW} for its eight actions, else {MANY}), a name, or an .onnx file"
 """What the options that name a motion model say."""
 
 ACTION = "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"

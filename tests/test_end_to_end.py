@@ -250,11 +250,11 @@ def test_several_actions_come_in_one_file(made, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--out", "c.fbx", "--actions", "Walk"], "cannot write c.fbx"),
+        (["--out", "c.stl", "--actions", "Walk"], "cannot write c.stl"),
         (["--out", "c.glb"], "no clip asked for"),
         (["--out", "c.glb", "--actions", "Walk,Walk"], "asked for twice"),
         (["--out", "c.usdz", "--actions", "Walk", "--exact"], "--exact"),
-        (["--out", "c.glb", "--actions", "Wlak"], "did you mean"),
+        (["--out", "c.glb", "--actions", "walnut"], "nearest are"),
     ],
 )
 def test_a_character_that_cannot_be_made_is_explained(tmp_path, capsys, monkeypatch, words, message):

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import snowballstemmer
 from rapidfuzz import fuzz, process
+from rapidfuzz.distance import OSA
 
 from a2v.errors import InputError
 from a2v.motion.card import ModelCard
@@ -178,7 +179,7 @@ class Vocabulary:
         for word in words:
             if word in self._weights:
                 found[word] = 1.0
-            elif len(word) >= 4 and (near := process.extractOne(word, self._weights.keys(), scorer=fuzz.ratio, score_cutoff=LEAST_SPELLING)):
+            elif len(word) >= 4 and (near := process.extractOne(word, self._weights.keys(), scorer=_spelling, score_cutoff=LEAST_SPELLING)):
                 found.setdefault(near[0], near[1] / 100)
         return found
 
@@ -300,6 +301,12 @@ def explain(matches: Sequence[Match]) -> list[str]:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
         lines.append(f"'{match.text}' is taken for {match.action}{tempo} (near: {', '.join(match.others[:3])})")
     return lines
+
+
+def _spelling(one: str, other: str, *, score_cutoff: float | None = None) -> float:
+    """How alike two words are written, 0 to 100; two neighbouring letters exchanged are a slip of one finger."""
+    slip = sorted(one) == sorted(other) and OSA.distance(one, other, score_cutoff=1) == 1
+    return 90.0 if slip else fuzz.ratio(one, other, score_cutoff=score_cutoff)
 
 
 def _root(word: str) -> str:

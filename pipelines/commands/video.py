@@ -29,13 +29,12 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
   a2v video --photo me.jpg --action Walk --loop --in-place --rig unreal --out out/cycle                    for game engines
-  a2v video --photo me.jpg --action Wave --animation gif --max-mb 5 --sheet --out out/wave
+  a2v video --photo me.jpg --action Jump --animation gif --max-mb 5 --sheet --out out/wave
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
-  a2v video --photo me.jpg --action Run --out out/run --from colored    colours and all after them anew
 
 The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html
 (a double click shows the character, turnable, beside the video) and report.json.
-Run it again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
+Run again after an interruption: finished frames are remembered. Another action for the same photo re-uses the character."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +49,8 @@ class Options:
     max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
     sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
     from_photo: bool = flag("begin in the photo's own pose and go over into the action")
-    raw: bool = flag("leave the feet as the motion has them: no contact clean-up")
-    no_blink: bool = flag("the eyes stay open; by default the person blinks now and then (--blink.rate, --blink.seed)")
+    raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
+    no_blink: bool = flag("the eyes stay open; by default the person blinks now and then", rare=True)
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
     rigging: RigOptions = group(RigOptions)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.configuration import set_hypothesis_home_dir
 
-from tests.support.hostile import TALLY
+from tests.support.hostile import COUNT, TALLY
 
-COUNT = int(os.environ.get("A2V_FUZZ", "0"))
 settings.register_profile(
     "a2v", max_examples=COUNT or 40, derandomize=not COUNT, database=None, deadline=None, suppress_health_check=list(HealthCheck)
 )

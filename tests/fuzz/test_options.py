@@ -24,8 +24,7 @@ from pipelines.inputs import LookOptions, MovingStages
 from pipelines.motion_options import MotionOptions
 from pipelines.options import actions_of, parse
 from pipelines.store import Store
-from tests.fuzz.conftest import COUNT
-from tests.support.hostile import NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
+from tests.support.hostile import COUNT, NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = sorted(path.stem for path in (ROOT / "pipelines" / "commands").glob("*.py") if path.stem.split("_")[0] in COMMANDS)

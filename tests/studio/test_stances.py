@@ -30,7 +30,8 @@ def test_stances_are_what_they_are_called(avatar: Avatar, seed: int) -> None:
     assert trunk[2] > 0.5 * np.linalg.norm(trunk)
     assert stoop["LeftHand"][1] < stoop["LeftArm"][1]  # arms hang
     kick = joints(avatar, "kick", seed)
-    assert abs(kick["LeftFoot"][1] - kick["RightFoot"][1]) > 0.25
+    assert np.linalg.norm((kick["LeftFoot"] - kick["RightFoot"])[1:]) > 0.3  # one foot before the other and higher
+    assert abs(kick["LeftFoot"][1] - kick["RightFoot"][1]) > 0.1
     spread = joints(avatar, "spread", seed)
     assert spread["LeftFoot"][0] - spread["RightFoot"][0] > 0.4
     assert 65 <= abs(draw_stance("profile", np.random.default_rng(seed))[1]) <= 115

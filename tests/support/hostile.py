@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 import resource
 import time
 from collections.abc import Callable, Mapping
@@ -28,6 +29,9 @@ class Tally:
     slowest: float = 0.0
     megabytes: float = 0.0
 
+
+COUNT = int(os.environ.get("A2V_FUZZ", "0"))
+"""Cases a reader that `make fuzz` asks for; 0 in the suite."""
 
 TALLY = Tally()
 

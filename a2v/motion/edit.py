@@ -10,7 +10,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
@@ -18,9 +18,19 @@ from a2v.kinematics.ground import SWAY_SECONDS, GroundPath, ground_path
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.resample import resample_motion
 from a2v.kinematics.transforms import bone_lengths, forward_kinematics
+from a2v.motion.card import ModelCard
 from a2v.types import FloatArray, IntArray, Motion
 
 #: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
+RISING = ("Climb", "Step")
+"""The papers' actions, and families of finer ones, that go up."""
+
+FLYING = ("jump", "hop", "leap", "kick", "ballet", "run", "animal", "dive")
+"""Parts of the names of actions, or of their families, in which people are in the air."""
+
+AIR_SECONDS, TOE_SECONDS = 0.7, 0.15
+"""How long no joint is near the ground at most: in a jump, and where a foot always is."""
+
 LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
 #: How velocities count beside positions where a cycle is closed, seconds.
 VELOCITY_SECONDS = 0.15
@@ -97,6 +107,32 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
     walked = _walk(np.tile(_steps(path), (rounds, 1)))
     begin = path.transforms()[0]
     return _from_joints(loop, _transformed(begin @ walked.transforms(), np.tile(local, (rounds, 1, 1))))
+
+
+def rises(card: ModelCard, action: str) -> bool:
+    """Whether an action of a model may end higher than it began: climbing and stepping up."""
+    traits = dict(zip(card.actions, card.traits, strict=False)).get(action, ())
+    return action in RISING or any(f"coarse:{name}" in traits for name in RISING)
+
+
+def air_seconds(card: ModelCard, action: str) -> float:
+    """How long nobody who does this touches the ground, at most."""
+    traits = dict(zip(card.actions, card.traits, strict=False)).get(action, ())
+    words = " ".join((action, *traits)).lower()
+    return AIR_SECONDS if any(part in words for part in FLYING) else TOE_SECONDS
+
+
+def settle(motion: Motion, *, seconds: float = AIR_SECONDS) -> Motion:
+    """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of all for `seconds` is taken off.
+
+    Models know the root's height only through the code of a whole window, so that clips rise by decimetres. Not for stairs and ladders.
+    """
+    lowest = motion.joints[..., 1].min(axis=-1)
+    width = max(1, round(seconds * motion.fps))
+    floor = gaussian_filter1d(minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest")
+    off = np.zeros((*lowest.shape, 3), np.float32)
+    off[..., 1] = np.minimum(floor, lowest) - lowest.min(axis=-1, keepdims=True)
+    return dataclasses.replace(motion, joints=motion.joints - off[..., None, :], root=motion.root - off)
 
 
 def mirror_motion(motion: Motion) -> Motion:

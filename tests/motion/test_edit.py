@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,9 +13,10 @@ from a2v.errors import InputError
 from a2v.kinematics.ground import ground_path
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
-from a2v.motion.edit import Edit, change_speed, make_loop, mirror_motion, put_in_place, repeat_loop
+from a2v.motion.edit import Edit, air_seconds, change_speed, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
 from a2v.motion.on_rig import retarget_edited
 from a2v.types import Motion
+from tests.support.motions import person
 
 
 def sampled(action: str, seed: int = 0, fps: float = 30.0) -> Motion:
@@ -112,3 +115,30 @@ def test_a_path_stays_what_it_is_where_it_is_straight() -> None:
     path = ground_path(clip)
     straight = type(path)(np.stack([np.arange(60) * 0.1, np.zeros(60)], axis=-1), np.zeros(60))
     np.testing.assert_allclose(straight.smooth(30).position, straight.position, atol=1e-9)
+
+
+def test_a_clip_that_rises_is_brought_down_and_its_jumps_stay():
+    motion = person(frames=60, step=0.05)
+    clock = np.arange(60) / motion.fps
+    jump = 0.4 * np.maximum(0, 1 - (10 * (clock - 3.0) / 4) ** 2)  # in the air for .8 s
+    raised = (0.1 * clock + jump)[:, None] * np.float32([0, 1, 0])
+    floating = dataclasses.replace(
+        motion, joints=motion.joints + raised[:, None].astype(np.float32), root=motion.root + raised.astype(np.float32)
+    )
+    settled = settle(floating, seconds=1.2)
+    lowest = settled.joints[..., 1].min(axis=1) - motion.joints[..., 1].min(axis=1)
+    on_ground = jump == 0
+    assert lowest.min() > -1e-5
+    assert lowest[on_ground].max() < 0.15 < 0.55 < raised[on_ground, 1].max()
+    assert lowest[30] > 0.3
+    np.testing.assert_allclose(settled.joints[:, 0] - settled.root, motion.joints[:, 0] - motion.root, atol=1e-5)
+    np.testing.assert_allclose(settle(motion).joints, motion.joints, atol=1e-6)
+
+
+def test_climbing_may_rise():
+    fine, coarse = (MotionModel.load(name).card for name in ("cmu-fine", "cmu"))
+    assert rises(fine, "Climb stairs")
+    assert rises(coarse, "Step")
+    assert not any(rises(card, "Walk") for card in (fine, coarse))
+    assert not rises(fine, "Salsa")
+    assert air_seconds(fine, "Salsa") < 0.2 < air_seconds(fine, "Hopscotch") == air_seconds(coarse, "Jump")

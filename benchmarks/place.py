@@ -18,7 +18,7 @@ from a2v.io import atomic_path
 from a2v.perception import decode_photo
 from a2v.perception.paint_out import in_photo
 from a2v.rendering import Renderer
-from a2v.rendering.place import Place, square
+from a2v.rendering.place import Place, square, square_mask
 from a2v.types import Character, RenderSettings, Subject
 from pipelines.graph import video_graph
 from pipelines.inputs import video_parameters
@@ -42,8 +42,7 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     covered = renderer.mask(vertices, place.camera)
     picture = renderer.render(vertices, place.camera).astype(np.float32)
     seen, frame = square(decode_photo(photo.read_bytes())[..., :3])
-    whole = np.zeros(seen.shape[:2], np.float32)
-    whole[frame[1] : frame[3], frame[0] : frame[2]] = in_photo(subject.mask, subject.crop, subject.photo_size)
+    whole = square_mask(in_photo(subject.mask, subject.crop, subject.photo_size), frame)
     seen, mask = (cv2.resize(image, (size, size), interpolation=cv2.INTER_AREA) for image in (seen, whole))
     both = (covered > 0.95) & (mask > 0.95)
     shown, wanted = covered > 0.5, mask > 0.5
@@ -67,7 +66,9 @@ def main() -> None:
     options = parser.parse_args()
     if options.sheets is not None:
         options.sheets.mkdir(parents=True, exist_ok=True)
-    print("| photo | outline IoU | PSNR over the person, dB | soles below the feet, % of height | CPU s, not remembered |\n|---|---|---|---|---|")
+    print(
+        "| photo | outline IoU | PSNR over the person, dB | soles below the feet, % of height | CPU s, not remembered |\n|---|---|---|---|---|"
+    )
     for photo in options.photos:
         print(measure(photo, options.size, options.sheets), flush=True)
 

@@ -73,10 +73,11 @@ def open_model(name: str, action: str = "", *, timeline: str | None = None, path
 
     if name != AUTO:
         return MotionModel.load(name)
-    few = MotionModel.load(FEW)
-    with contextlib.suppress(InputError):  # nothing among the few comes near
-        if action and timeline is None and path is None and all(one.score >= 1 for one in parse_prompt(action, Vocabulary.of(few.card))[1]):
-            return few
+    if action and timeline is None and path is None:
+        few = MotionModel.load(FEW)
+        with contextlib.suppress(InputError):  # nothing among the few comes near
+            if all(match.score >= 1 for match in parse_prompt(action, Vocabulary.of(few.card))[1]):
+                return few
     return MotionModel.load(MANY)
 
 

@@ -111,14 +111,16 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
 
 def rises(card: ModelCard, action: str) -> bool:
     """Whether an action of a model may end higher than it began: climbing and stepping up."""
-    traits = dict(zip(card.actions, card.traits, strict=False)).get(action, ())
-    return action in RISING or any(f"coarse:{name}" in traits for name in RISING)
+    return action in RISING or any(f"coarse:{name}" in _traits(card, action) for name in RISING)
+
+
+def _traits(card: ModelCard, action: str) -> tuple[str, ...]:
+    return dict(zip(card.actions, card.traits, strict=False)).get(action, ())
 
 
 def air_seconds(card: ModelCard, action: str) -> float:
     """How long nobody who does this touches the ground, at most."""
-    traits = dict(zip(card.actions, card.traits, strict=False)).get(action, ())
-    words = " ".join((action, *traits)).lower()
+    words = " ".join((action, *_traits(card, action))).lower()
     return AIR_SECONDS if any(part in words for part in FLYING) else TOE_SECONDS
 
 

@@ -101,6 +101,14 @@ def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:
     return whole, (left, top, left + width, top + height)
 
 
+def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
+    """A mask (H, W) of the photo over its `square`, 0 around it; `frame` is where `square` put the photo."""
+    left, top, right, bottom = frame
+    whole = np.zeros((max(mask.shape), max(mask.shape)), np.float32)
+    whole[top:bottom, left:right] = mask
+    return whole
+
+
 def estimate_light(surface: Surface) -> SceneSettings:
     """Lights by how bright the photo shows the sides of the person that face different ways.
 

@@ -149,6 +149,7 @@ class Renderer:
         self._holdout: _Shown | None = None
         self._empty: _Shown | None = None
         self._ground: FloatArray | None = None
+        self._clear: tuple[ViewCamera, Empty] | None = None
         self._backdrop = srgb_to_linear(np.array(scene.background))
 
     def layers(self, vertices: FloatArray, camera: ViewCamera, *, spp: int | None = None, seed: int | None = None) -> Layers:
@@ -178,7 +179,7 @@ class Renderer:
             return self._finished(self.layers(vertices, camera))
         vertices, size = np.asarray(vertices, np.float32), self.settings.size
         self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
-        empty = empty_stage(self.scene_settings, camera, size)
+        empty = self._empty_stage(camera)
         found = region(vertices, self._surface.faces, camera, self.scene_settings, empty)
         pixels = np.flatnonzero(found.person | (found.weight > 0))
         if len(pixels) == 0:
@@ -191,6 +192,12 @@ class Renderer:
         clean = _denoise_parts(layers, boxes(found)) if self.settings.denoise else layers.color
         weight = np.where(person > 0, 1, np.where(layers.alpha > 0, found.weight, 0))[..., None]
         return np.asarray(weight * clean + (1 - weight) * empty.color, np.float32)
+
+    def _empty_stage(self, camera: ViewCamera) -> Empty:
+        """The stage without anybody; kept for a camera that stands."""
+        if self._clear is None or self._clear[0] != camera:
+            self._clear = camera, empty_stage(self.scene_settings, camera, self.settings.size)
+        return self._clear[1]
 
     def _laid(self, traced: Traced, pixels: IntArray, empty: Empty) -> tuple[Layers, FloatArray]:
         """What was traced of some `pixels` over the empty stage, and how much of each pixel (H, W) is the person."""
@@ -222,7 +229,7 @@ class Renderer:
         """
         whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
         if self._tracer is not None:
-            self._ground = empty_stage(self.scene_settings, camera, self.settings.size).color
+            self._ground = self._empty_stage(camera).color
         elif self._empty is None or self._empty.camera != camera or self._ground is None:
             mi = activate(self.variant, self.settings.threads)
             if self._empty is None:

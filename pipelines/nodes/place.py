@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import os
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from a2v.rendering.place import Place
 from a2v.types import Character, OrthographicCamera, RenderSettings, Subject
 from pipelines.memo import memo
-from pipelines.nodes.rendering import encode
+from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 from pipelines.store import Ref, current, get, put
 
@@ -29,7 +28,7 @@ def place(
     from a2v.perception import decode_photo
     from a2v.perception.paint_out import in_photo, paint_out
     from a2v.rendering import Renderer
-    from a2v.rendering.place import estimate_light, exposed, gain_to, square
+    from a2v.rendering.place import estimate_light, exposed, gain_to, square, square_mask
     from a2v.rendering.place import photo_camera as camera_of
 
     person, found = load_character(current().address, character), get(subject, Subject)
@@ -38,13 +37,11 @@ def place(
     offset = photo_to_world(person.body)
     camera = camera_of(found, get(photo_camera, OrthographicCamera), person.surface, offset)
     seen, frame = square(pixels)
-    over = np.zeros(seen.shape[:2], np.float32)
-    over[frame[1] : frame[3], frame[0] : frame[2]] = mask
     scene = estimate_light(person.surface)
     trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, background="transparent")
     vertices = person.surface.vertices + offset.astype(np.float32)
     cut = Renderer(person.surface, trial, scene=scene).cutout(vertices, camera)
-    scene = exposed(scene, gain_to(cut.color, cut.alpha, seen, over))
+    scene = exposed(scene, gain_to(cut.color, cut.alpha, seen, square_mask(mask, frame)))
     return put(Place(picture=square(paint_out(pixels, mask))[0], camera=camera, scene=scene, frame=frame))
 
 
@@ -62,8 +59,7 @@ def _renderer(address: str, character: Ref[Character], place: Ref[Place], look: 
     from pipelines.store import Store
 
     store = Store(address)
-    threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
-    settings = dataclasses.replace(store.get(look, RenderSettings), threads=threads, background="image")
+    settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image")
     where = store.get(place, Place)
     return Renderer(load_character(address, character).surface, settings, scene=where.scene, backdrop=where.picture)
 

@@ -68,11 +68,15 @@ def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings]
     from a2v.rendering import Renderer
     from pipelines.store import Store
 
-    settings = Store(address).get(look, RenderSettings)
-    threads = int(os.environ.get("OMP_NUM_THREADS", "0"))  # 1 in a worker
+    settings = threaded(Store(address).get(look, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
     surface = load_character(address, character).surface
-    return Renderer(surface, dataclasses.replace(settings, threads=threads), backdrop=picture)
+    return Renderer(surface, settings, backdrop=picture)
+
+
+def threaded(settings: RenderSettings) -> RenderSettings:
+    """With as many threads as this process may use: 1 in a worker."""
+    return dataclasses.replace(settings, threads=int(os.environ.get("OMP_NUM_THREADS", "0")))
 
 
 @memo()

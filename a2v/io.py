@@ -29,6 +29,8 @@ MAX_ARCHIVE_BYTES = 1 << 30
 
 _MARK = "-a2v"
 """In the names of temporary files, before eight random characters."""
+_UNFINISHED: set[Path] = set()
+"""The temporary files that this process is writing."""
 
 
 @contextmanager
@@ -50,6 +52,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     except OSError as error:
         raise InputError(f"cannot write {target}: {error.strerror}; choose another output folder") from error
     temporary = Path(name)
+    _UNFINISHED.add(temporary)
     try:
         yield temporary
         temporary.chmod(0o666 & ~_umask())
@@ -61,6 +64,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     finally:
         os.close(handle)
         temporary.unlink(missing_ok=True)
+        _UNFINISHED.discard(temporary)
 
 
 def _lock(handle: int) -> bool:
@@ -74,6 +78,12 @@ def _lock(handle: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def discard_unfinished() -> None:
+    """Remove what this process is writing; for a process that is about to end without unwinding its stack."""
+    for path in tuple(_UNFINISHED):
+        path.unlink(missing_ok=True)
 
 
 def clear_leftovers(folder: str | os.PathLike[str]) -> None:

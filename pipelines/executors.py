@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
-from a2v.io import shorten
+from a2v.io import discard_unfinished, shorten
 from a2v.processes import safe_children, start_fork_server
 
 ExecutorName = Literal["serial", "local", "dask", "ray"]
@@ -147,7 +147,12 @@ def _start_worker(environment: dict[str, str]) -> None:
     """In a new local worker: one thread, Ctrl-C left to the parent, and an end with the parent."""
     import multiprocessing
 
+    def leave(*_: object) -> None:
+        discard_unfinished()
+        os._exit(1)
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, leave)
     os.environ.update(environment)
     _limit_threads()
     parent = multiprocessing.parent_process()
@@ -155,7 +160,7 @@ def _start_worker(environment: dict[str, str]) -> None:
 
         def follow() -> None:
             parent.join()
-            os._exit(1)
+            leave()
 
         threading.Thread(target=follow, daemon=True).start()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from a2v.errors import A2VError, InputError
+from a2v.io import atomic_path
 from pipelines import executors
 from pipelines.executors import open_executor
 from pipelines.graph import Step
@@ -94,3 +96,18 @@ def test_a_scheduler_that_dies_is_explained(tmp_path):
         for process in (scheduler, worker):
             process.kill()
             process.wait()
+
+
+def write_for_ever(path: str) -> None:
+    with atomic_path(path) as temporary:
+        temporary.write_text("half of it")
+        time.sleep(60)
+
+
+def test_workers_that_are_stopped_leave_nothing_half_written(tmp_path):
+    with contextlib.suppress(KeyboardInterrupt), open_executor("local", workers=1) as executor:
+        executor.submit(write_for_ever, str(tmp_path / "value.json"))
+        while not list(tmp_path.glob(".*")):
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+    assert not list(tmp_path.iterdir())

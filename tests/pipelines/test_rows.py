@@ -12,7 +12,7 @@ from pipelines.batch import rows
 from pipelines.batch.rows import Row, read_rows
 from pipelines.batch.tasks import Planner, folder_name
 from pipelines.inputs import LookOptions, MovingStages
-from pipelines.motion_options import MotionOptions, motion_inputs
+from pipelines.motion_options import AUTO, MotionOptions, motion_inputs
 from pipelines.store import Store
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
@@ -68,14 +68,14 @@ def test_yaml_is_read_without_running_anything(tmp_path, text):
 
 def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
-    table = read(tmp_path, 'photo,action,seed\nme.jpg,"walk slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n')
-    listed = read(tmp_path, "- {photo: me.jpg, action: [walk slowly, then jump], seed: 1}\n", "jobs.yaml")
+    table = read(tmp_path, 'photo,action,seed\nme.jpg,"walking slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n')
+    listed = read(tmp_path, "- {photo: me.jpg, action: [walking slowly, then jump], seed: 1}\n", "jobs.yaml")
     planner = Planner(Store(tmp_path / "store"), MovingStages())
     prompt, plain, nonsense, same = map(planner.job, [*table, *listed])
-    expected = motion_inputs(action="walk slowly, then jump", model="cmu", frames=8)
+    expected = motion_inputs(action="walking slowly, then jump", model=AUTO, frames=8)
     assert prompt.tasks[1].parameters["steps"] == expected["steps"]
-    assert [step.action for step in expected["steps"]] == ["Walk", "Jump"]
-    assert "walk slowly" in " ".join(prompt.notes)
+    assert [step.action for step in expected["steps"]] == ["Walk slowly", "Jump"]
+    assert "walking slowly" in " ".join(prompt.notes)
     assert plain.notes == ()
     assert prompt.tasks[0].key == plain.tasks[0].key
     assert prompt.tasks[1].key == same.tasks[1].key != plain.tasks[1].key

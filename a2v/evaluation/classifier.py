@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -14,6 +14,7 @@ from torch import Tensor, nn
 from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.io import sha256
+from a2v.kinematics.ground import face_forward, first_heading, left_of
 from a2v.types import FloatArray, IntArray
 
 State = Literal["zeros", "random"]
@@ -47,6 +48,45 @@ class ActionClassifier(nn.Module):
         return feature, self.linear2(feature)
 
 
+class Facing(NamedTuple):
+    """How a classifier turns what it is given, so that the first frame faces +z: which joints say where a person faces, in which axes.
+
+    Attributes
+    ----------
+    hips, shoulders : (left, right)
+        Indices of joints.
+    signs : 3 floats
+        From the native axes to ours, see `a2v.datasets.NativeFrame`.
+    name : str
+        Of the skeleton.
+    """
+
+    hips: tuple[int, int] | None
+    shoulders: tuple[int, int] | None
+    signs: tuple[float, float, float]
+    name: str
+
+    @classmethod
+    def of(cls, dataset: ActionDataset) -> Facing:
+        """That of a data set.
+
+        Raises
+        ------
+        InputError
+            Its skeleton does not say which joints are hips and shoulders.
+        """
+        skeleton = dataset.skeleton
+        left_of(dataset.joints[0][:1], skeleton)
+        return cls(skeleton.hips, skeleton.shoulders, dataset.frame.signs, skeleton.name)
+
+    def turn(self, motions: FloatArray) -> FloatArray:
+        """Motions (B, T, J, 3) in native axes, turned about the vertical."""
+        signs = np.asarray(self.signs, motions.dtype)
+        world = motions * signs
+        turned: FloatArray = face_forward(world, first_heading(world, self)) * signs
+        return turned
+
+
 @dataclasses.dataclass(frozen=True)
 class Evaluator:
     """A trained classifier with what it was trained for.
@@ -66,6 +106,12 @@ class Evaluator:
     source: str
     digest: str
     info: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+    @property
+    def facing(self) -> Facing | None:
+        """How it turns motions before it looks at them; None: not at all, as the authors' classifiers."""
+        told = self.info.get("facing")
+        return Facing(*told) if told else None
 
     @property
     def n_actions(self) -> int:
@@ -104,12 +150,13 @@ class Evaluator:
         InputError
             The motions have another number of joints, or "random" has no generator.
         """
-        network = self.network
+        network, facing = self.network, self.facing
         if motions.shape[-2] * 3 != network.recurrent.input_size:
             raise InputError(f"{self.source} expects {network.recurrent.input_size // 3} joints; the motions have {motions.shape[-2]}")
+        turned = facing.turn if facing else np.asarray
         features, labels = [], []
         for start in range(0, len(motions), 512):
-            batch = torch.from_numpy(np.ascontiguousarray(motions[start : start + 512], dtype=np.float32)).flatten(2)
+            batch = torch.from_numpy(np.ascontiguousarray(turned(motions[start : start + 512]), dtype=np.float32)).flatten(2)
             first = None
             if state == "random":
                 if generator is None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import canonical_joints
-from a2v.kinematics.skeleton import Skeleton
 from a2v.kinematics.so3 import Array, namespace
 from a2v.types import FloatArray, Motion
 
@@ -74,7 +74,21 @@ def path_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *,
     return GroundPath(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
 
 
-def left_of(joints: Array, skeleton: Skeleton) -> Array:
+class Sided(Protocol):
+    """What says which joints (left, right) are hips and shoulders: a `Skeleton`, or what is kept of one."""
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+    @property
+    def hips(self) -> tuple[int, int] | None:
+        """Left and right hip."""
+    @property
+    def shoulders(self) -> tuple[int, int] | None:
+        """Left and right shoulder."""
+
+
+def left_of(joints: Array, skeleton: Sided) -> Array:
     """Vector (..., 3) to the left of a person (..., J, 3), by hips and shoulders.
 
     Raises
@@ -89,7 +103,7 @@ def left_of(joints: Array, skeleton: Skeleton) -> Array:
     return left
 
 
-def heading(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
+def heading(joints: FloatArray, skeleton: Sided) -> FloatArray:
     """Angle (...) about +y that turns +z to where a person (..., J, 3) faces, by hips and shoulders, radians.
 
     Raises
@@ -102,7 +116,7 @@ def heading(joints: FloatArray, skeleton: Skeleton) -> FloatArray:
     return angle
 
 
-def first_heading(joints: Array, skeleton: Skeleton) -> Array:
+def first_heading(joints: Array, skeleton: Sided) -> Array:
     """Cosine and sine (..., 2) of the `heading` of the first frame of joints (..., T, J, 3), for numpy and torch.
 
     Raises

@@ -12,6 +12,7 @@ from a2v.datasets import NativeFrame
 from a2v.errors import InputError
 from a2v.evaluation.protocol import EvaluationSettings, evaluate, recorded
 from a2v.evaluation.training import ClassifierSettings, held_out_accuracy, train_classifier
+from a2v.kinematics.ground import yaw_to_rotmat
 from tests.support.motions import mirrored
 
 SETTINGS = ClassifierSettings(iterations=40, batch_size=16, learning_rate=1e-2, threads=1, device="cpu", log_every=10)
@@ -43,6 +44,22 @@ def test_the_protocol_takes_it_under_both_states(parts, tmp_path):
         scores = {row.name: row.values for row in evaluate({"again": recorded(training)}, training, evaluator, settings)}
         assert scores["Real motions"]["accuracy"][0] > 0.9
         assert scores["again"]["fid"][0] < 1
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_one_that_faces_forward_does_not_care_where_people_walked(parts, tmp_path, dtype):
+    training, unseen = parts
+    short = dataclasses.replace(SETTINGS, iterations=20, face_forward=True)
+    evaluator = train_classifier(training, tmp_path, held_out=unseen, settings=short)
+    assert evaluator.facing is not None
+    assert evaluator.facing.signs == training.frame.signs
+    labels = np.arange(20) % 2
+    motions = recorded(training)(labels, np.zeros((20, 1), np.float32), np.random.default_rng(0)).astype(dtype)
+    turned = training.frame.flip(training.frame.flip(motions) @ yaw_to_rotmat(np.float64(2.1)).T.astype(dtype))
+    assert not np.allclose(motions, turned, atol=0.1)
+    assert np.allclose(evaluator(motions)[0], evaluator(turned)[0], atol=1e-4)
+    plain = dataclasses.replace(evaluator, info={})
+    assert not np.allclose(plain(motions)[0], plain(turned)[0], atol=1e-2)
 
 
 class Killed(Exception):

@@ -6,6 +6,7 @@ from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
 from a2v.animation.expressions import BlinkSettings, blinking, blinks, express
+from a2v.animation.life import LifeSettings
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
 from a2v.animation.rig_spec import RIGS, load_rig
@@ -19,6 +20,7 @@ __all__ = [
     "BlinkSettings",
     "ContactSettings",
     "DeformSettings",
+    "LifeSettings",
     "RetargetSettings",
     "RigChange",
     "bind",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from a2v.animation.curves import smoothstep
 from a2v.animation.posture import foot_pitch
 from a2v.animation.task import Task
 from a2v.geometry.vectors import frame_along, unit
@@ -28,7 +29,7 @@ def orient_arm(rotmats: dict[int, FloatArray], task: Task, chest: FloatArray, si
     mirror = np.array([1.0 if side == "left" else -1.0, 1, 1])
     upper, fore = unit(elbow - shoulder), unit(wrist - elbow)
     seen = np.cross(upper, fore)
-    weight = _smoothstep(np.linalg.norm(seen, axis=-1), 0.12, 0.5)
+    weight = smoothstep(np.linalg.norm(seen, axis=-1), 0.12, 0.5)
     expected = _transported(chest, upper, rest_upper, rest_axis, _ARM_REFERENCE * mirror)
     angle = _twist(upper, expected, seen, weight, task.twist_smoothing * task.fps)
     axis = _rotated(expected, upper, angle)
@@ -57,14 +58,14 @@ def orient_leg(rotmats: dict[int, FloatArray], task: Task, pelvis: FloatArray, s
     mirror = np.array([1.0 if side == "left" else -1.0, 1, 1])
     thigh, shin = unit(knee - hip), unit(ankle - knee)
     bent = np.cross(thigh, shin)
-    by_knee = _smoothstep(np.linalg.norm(bent, axis=-1), 0.15, 0.5)
+    by_knee = smoothstep(np.linalg.norm(bent, axis=-1), 0.15, 0.5)
     expected = _transported(pelvis, thigh, rest_thigh, rest_axis, _LEG_REFERENCE * mirror)
     seen = unit(bent) * by_knee[:, None]
     weight = by_knee
     foot = unit(source[f"{side}_foot"] - ankle) if f"{side}_foot" in source else None
     if foot is not None:
         plane = np.cross(foot, shin)
-        by_foot = _smoothstep(np.linalg.norm(plane, axis=-1), 0.3, 0.8) * (1 - by_knee) * 0.7
+        by_foot = smoothstep(np.linalg.norm(plane, axis=-1), 0.3, 0.8) * (1 - by_knee) * 0.7
         seen = seen + unit(plane) * by_foot[:, None]
         weight = by_knee + by_foot
     angle = _twist(thigh, expected, seen, weight, task.twist_smoothing * task.fps)
@@ -140,9 +141,3 @@ def _rotated(vectors: FloatArray, axis: FloatArray, angle: FloatArray) -> FloatA
     """Vectors (T, 3) perpendicular to unit `axis` turned about it by `angle` (T,)."""
     turned: FloatArray = vectors * np.cos(angle)[:, None] + np.cross(axis, vectors) * np.sin(angle)[:, None]
     return turned
-
-
-def _smoothstep(values: FloatArray, low: float, high: float) -> FloatArray:
-    t = np.clip((values - low) / (high - low), 0, 1)
-    result: FloatArray = t * t * (3 - 2 * t)
-    return result

@@ -9,6 +9,7 @@ import numpy as np
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.entrance import enter_from, in_world
 from a2v.animation.grounding import clean_contacts
+from a2v.animation.life import LifeSettings, enliven, swayed
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
@@ -42,6 +43,8 @@ class RetargetSettings:
         Detection and locking of foot contacts.
     from_photo : bool
         Begin in the body's own pose, which is the photo's, and go over into the motion (`a2v.animation.entrance`).
+    life : LifeSettings
+        Hands, gaze, breath and sway, which a motion's joints don't say (`a2v.animation.life`).
     """
 
     raw: bool = False
@@ -52,6 +55,7 @@ class RetargetSettings:
     twist_smoothing: float = 0.06
     contacts: ContactSettings = field(default_factory=ContactSettings)
     from_photo: bool = False
+    life: LifeSettings = field(default_factory=LifeSettings)
 
 
 def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = RetargetSettings()) -> FloatArray:
@@ -95,13 +99,14 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     if settings.align:
         source = aligned(source)
     posture = standing_posture(motion)
-    source = straightened(source, posture, rig)
+    source = swayed(straightened(source, posture, rig), motion.fps, settings.life)
     task = Task(source=source, rig=rig, posture=posture, fps=motion.fps, limits=settings.limits, twist_smoothing=settings.twist_smoothing)
     transforms = _assemble(orient_bones(task), middle(source, "hip"), rig)
     if settings.raw:
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
+    transforms = enliven(transforms, rig, body.bone_names, motion.fps, motion.action, settings.life)
     if settings.from_photo:
         transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from a2v.animation import RetargetSettings, put_rig_in_place, retarget
@@ -38,6 +40,8 @@ def retarget_edited(motion: Motion, body: Body, edit: Edit, *, settings: Retarge
         See `a2v.animation.retarget`.
     """
     frames = motion.frames
+    if edit.loop:  # breath and sway close with the cycle
+        settings = replace(settings, life=replace(settings.life, cycle=frames / motion.fps))
     moves = retarget(repeat_loop(motion, 3) if edit.loop else motion, body, settings=settings)
     if edit.in_place:
         moves = put_rig_in_place(moves, body, motion.fps)

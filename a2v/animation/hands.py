@@ -214,11 +214,11 @@ def turn_bones(out: FloatArray, bones: Sequence[int] | IntArray, turn: FloatArra
 def _bent_back(transforms: FloatArray, rig: Rig, hand: Hand) -> FloatArray:
     """How far the hand is bent back from the forearm (T,), -1 to 1: the sine."""
     turned = transforms[:, hand.wrist, :3, :3] @ rig.rest[hand.wrist].T
-    along, palm = turned @ hand.along, turned @ hand.palm
+    palm = turned @ hand.palm
     elbow = transforms[:, rig.bones[f"{hand.side}_elbow"], :3, 3]
     forearm = unit(transforms[:, hand.wrist, :3, 3] - elbow)
     rest = unit(rig.joints[f"{hand.side}_wrist"] - rig.joints[f"{hand.side}_elbow"])
-    back: FloatArray = (forearm * palm).sum(-1) - float(rest @ hand.palm) + 0 * along[:, 0]
+    back: FloatArray = (forearm * palm).sum(-1) - float(rest @ hand.palm)
     return np.clip(back, -1, 1)
 
 
@@ -241,16 +241,13 @@ def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: floa
         wanted = pelvis @ inwards
         wanted, palm = (unit(v - (v * along).sum(-1, keepdims=True) * along) for v in (wanted, palm))
         angle = np.arctan2((np.cross(palm, wanted) * along).sum(-1), (palm * wanted).sum(-1))
-        pronation = -1.0 if side == "left" else 1.0  # the thumb goes inwards
+        pronation = 1.0 if side == "left" else -1.0  # the thumb goes inwards
         angle = (pronation * angle + 2.2) % (2 * np.pi) - 2.2  # a palm far to the front comes back this way
         angle = pronation * np.clip(angle, np.deg2rad(-15), np.deg2rad(100))
         angle = smoothed((angle * smoothstep(-along[:, 1], 0.05, 0.55))[:, None], 0.1 * fps)[:, 0]
-        chain = rig.chains[f"{side}_elbow"]
-        below = subtree(rig.parents, hand.wrist)
-        for place, bone in enumerate(chain):
-            turn = rotvec_to_rotmat((angle * (place + 0.5) / (len(chain) + 0.5))[:, None] * along)
-            out[:, bone, :3, :3] = turn @ out[:, bone, :3, :3]
-        turn_bones(out, below, rotvec_to_rotmat(angle[:, None] * along))
+        steps = [*rig.chains[f"{side}_elbow"], hand.wrist]  # each turns with what is above it, and a share more
+        for bone in steps:
+            turn_bones(out, subtree(rig.parents, bone), rotvec_to_rotmat((angle / len(steps))[:, None] * along))
     return out
 
 

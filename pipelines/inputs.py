@@ -22,6 +22,8 @@ from a2v.motion.edit import Edit
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, FaceSettings, ImplicitSettings, PapersSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS, BackendSettings
+from a2v.rendering.looks import LOOKS
+from a2v.rendering.scene import SceneSettings
 from a2v.types import VIEWS, RenderSettings
 from pipelines.executors import EXECUTORS, ExecutorName
 from pipelines.graph import Parameters
@@ -97,6 +99,7 @@ class LookOptions:
     background: str = option(
         "stage, transparent, a colour (navy, #30506f), an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
     )
+    look: str = option(f"light: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
     size: int = option("pixels a side", default=_LOOK.size)
     spp: int = option("samples a pixel", default=_LOOK.spp)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
@@ -109,14 +112,14 @@ class LookOptions:
         return self.background == PHOTO
 
     def parameters(self, store: Store) -> Parameters:
-        """`render`, `cameras` and `backdrop`.
+        """`render`, `cameras`, `backdrop` and `scene`.
 
         Raises
         ------
         InputError
-            An unknown view or background, or an unreadable file.
+            An unknown view, background or look, or an unreadable file.
         """
-        from a2v.rendering import check_views, read_cameras
+        from a2v.rendering import check_views, read_cameras, read_look
 
         cameras = () if self.camera is None else read_cameras(self.camera)
         named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
@@ -131,7 +134,7 @@ class LookOptions:
             seed=self.render_seed,
         )
         check_views(render.views, cameras)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop}
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look)}
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
@@ -311,6 +314,7 @@ def video_parameters(
     render: RenderSettings | None = None,
     cameras: Sequence[CameraPath] = (),
     backdrop: str | os.PathLike[str] | None = None,
+    scene: SceneSettings = SceneSettings(),
     **photo_options: Any,
 ) -> Parameters:
     """All the graph's parameters, the defaults filled in; use with ``video_graph(recorded=motion is not None)``.
@@ -324,5 +328,5 @@ def video_parameters(
         action=action, model=model, motion=motion, seconds=seconds, frames=frames, seed=seed, fps=fps, timeline=timeline, path=path,
         pace=pace, edit=edit,
     )  # fmt: skip
-    look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop)}
+    look = {"render": render or RenderSettings(), "cameras": tuple(cameras), "backdrop": put_file(store, backdrop), "scene": scene}
     return {**moving, **look, **photo_parameters(store, photo, **photo_options)}

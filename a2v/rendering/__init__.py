@@ -7,6 +7,7 @@ imports neither Mitsuba nor PyAV.
 
 from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
 from a2v.rendering.images import contact_sheet, side_by_side
+from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Cutout, Layers, Renderer, denoise
 from a2v.rendering.scene import SceneSettings
@@ -15,6 +16,7 @@ from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, w
 
 __all__ = [
     "AZIMUTHS",
+    "LOOKS",
     "CameraPath",
     "Cutout",
     "Layers",
@@ -30,6 +32,7 @@ __all__ = [
     "follow_cameras",
     "probe_video",
     "read_cameras",
+    "read_look",
     "read_video",
     "side_by_side",
     "write_gif",

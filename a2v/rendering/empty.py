@@ -44,11 +44,9 @@ def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
     reach = np.where(ground, -camera.origin[1] / np.where(ground, ray[..., 1], -1), 0)
     place = (np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]).astype(np.float32)
     ground &= np.abs(place).max(axis=-1) < _FAR
-    behind = srgb_to_linear(np.array(scene.background)).astype(np.float32)
-    albedo = np.where(np.abs(place).max(axis=-1, keepdims=True) < scene.ground_radius, _printed(scene), scene.ground_albedo).astype(
-        np.float32
-    )
-    color = np.broadcast_to(behind, (size, size, 3)).astype(np.float32)
+    near = np.abs(place).max(axis=-1, keepdims=True) < scene.ground_radius
+    albedo = np.where(near, _printed(scene, place), scene.ground_albedo).astype(np.float32)
+    color = scene.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1)).astype(np.float32)
     if ground.any():
         top = int(np.flatnonzero(ground.any(axis=1))[0])
         albedo[top:] *= np.where(ground[top:], _lines(scene, camera, size, top), 1)[..., None]
@@ -92,11 +90,11 @@ def _lines(scene: SceneSettings, camera: ViewCamera, size: int, top: int) -> Flo
     return np.asarray(cv2.resize(fine, (size, size - top), interpolation=cv2.INTER_AREA), np.float32)
 
 
-def _printed(scene: SceneSettings) -> FloatArray:
-    """The ground's albedo (3,) as its 8-bit texture holds it."""
-    return (
-        srgb_to_linear(to_bytes(linear_to_srgb(scene.ground_albedo)) / 255) if scene.grid and scene.grid_contrast else scene.ground_albedo
-    )
+def _printed(scene: SceneSettings, place: FloatArray) -> FloatArray:
+    """The ground's albedo without its lines, (3,) or (H, W, 3), as its 8-bit texture holds it."""
+    if scene.ground is not None:
+        return scene.ground_at(place)  # rounded, it would show steps
+    return scene.ground_albedo if scene.plain_ground else srgb_to_linear(to_bytes(linear_to_srgb(scene.ground_albedo)) / 255)
 
 
 @functools.lru_cache(maxsize=2)
@@ -125,7 +123,7 @@ def ground_light(scene: SceneSettings, place: FloatArray) -> FloatArray:
     lamp = spot_matrix((0.0, 0.0, 0.0), scene)
     normal, area = lamp[:3, 2] / np.linalg.norm(lamp[:3, 2]), np.pi * scene.spot_radius**2
     facing, hidden = np.zeros(len(point)), np.zeros(len(point))
-    for q in _disk(12):
+    for q in _disk(12) if max(scene.spot) > 0 else ():
         way = lamp[:3, :2] @ q + lamp[:3, 3] - point
         square = (way**2).sum(axis=-1)
         factor = way[:, 1] * -(way @ normal) / square**2 * (area / np.pi / 12)
@@ -133,13 +131,12 @@ def ground_light(scene: SceneSettings, place: FloatArray) -> FloatArray:
         hidden += np.abs(factor)
     reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
     spot = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
-    fill = np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3)
     sun = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)
     free = _sun_seen(scene, point, sun, lamp, normal)
     way = SUN_DISTANCE * sun - point  # the sun of the stage is near enough for its light to fade a little over the ground
     square = (way**2).sum(axis=-1)
     free *= SUN_DISTANCE**2 * way[:, 1] * (way @ sun) / square**2
-    return np.asarray(free[:, None] * np.array(scene.sun) + facing[:, None] * spot + (1 - hidden)[:, None] * fill)
+    return np.asarray(free[:, None] * np.array(scene.sun) + facing[:, None] * spot + (1 - hidden)[:, None] * scene.sky_on_ground)
 
 
 def _sun_seen(scene: SceneSettings, point: FloatArray, sun: FloatArray, lamp: FloatArray, normal: FloatArray) -> FloatArray:
@@ -148,7 +145,7 @@ def _sun_seen(scene: SceneSettings, point: FloatArray, sun: FloatArray, lamp: Fl
     across /= np.linalg.norm(across)
     axes = np.stack([across, np.cross(sun, across)]) * np.tan(np.radians(scene.sun_angle))
     hidden, points = np.zeros(len(point)), _disk(64)
-    for q in points:
+    for q in points if max(scene.spot) > 0 else ():
         way = sun + q @ axes
         along = ((lamp[:3, 3] - point) @ normal) / (way @ normal)
         off = point + along[:, None] * way - lamp[:3, 3]

@@ -10,7 +10,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
-from a2v.rendering.empty import Empty, empty_stage
+from a2v.rendering.empty import Empty, empty_stage, rays
+from a2v.rendering.matter import matter_of
 from a2v.rendering.region import Box, boxes, region
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
 from a2v.rendering.tracer import Traced, Tracer
@@ -105,7 +106,7 @@ class Renderer:
         `spp` is rounded up to what multi-jittered sampling can do (8, 16, 35 for 32, 64).
     scene : SceneSettings
     bsdf : dict or None
-        Mitsuba's material, with "surface" where the surface's colours go; None: diffuse.
+        Mitsuba's material, with "surface" where the surface's colours go; None: `a2v.rendering.matter`'s with LLVM, else diffuse.
     extra : dict or None
         More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
     backdrop : (H, W, 3) uint8 or None
@@ -121,7 +122,7 @@ class Renderer:
         self,
         surface: Surface,
         settings: RenderSettings = RenderSettings(),  # noqa: B008 - frozen
-        scene: SceneSettings = SceneSettings(),  # noqa: B008 - frozen
+        scene: SceneSettings = SceneSettings(),
         *,
         bsdf: dict[str, Any] | None = None,
         extra: dict[str, Any] | None = None,
@@ -144,13 +145,14 @@ class Renderer:
         person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
         self._main = self._scene(mi, {"person": person, **objects})
         own = bsdf is None and not extra and self.variant.startswith("llvm")  # what the tracer knows; all else is Mitsuba's
-        self._tracer = Tracer(mi, self._main.scene, person, scene) if own else None
+        matter = matter_of(surface) if own and scene.gloss else None
+        of_faces = None if matter is None else np.median(matter[surface.faces], axis=1)
+        self._tracer = Tracer(mi, self._main.scene, person, scene, of_faces) if own else None
         self._alone: _Shown | None = None
         self._holdout: _Shown | None = None
         self._empty: _Shown | None = None
         self._ground: FloatArray | None = None
         self._clear: tuple[ViewCamera, Empty] | None = None
-        self._backdrop = srgb_to_linear(np.array(scene.background))
 
     def layers(self, vertices: FloatArray, camera: ViewCamera, *, spp: int | None = None, seed: int | None = None) -> Layers:
         """Trace one picture without denoising (`spp`, `seed`: other than the settings')."""
@@ -164,7 +166,7 @@ class Renderer:
         guide = np.array(mi.render(shown.scene, integrator=self._guide, spp=samples, seed=seed), np.float32)
         missed = 1 - color[..., 3:]
         return Layers(
-            color=color[..., :3] + missed * self._backdrop,
+            color=color[..., :3] + missed * self._sky(shown.camera),
             albedo=guide[..., :3] + missed * self.scene_settings.ground_albedo,
             normal=guide[..., 3:6] + missed * np.array((0, 1, 0), np.float32),
             alpha=color[..., 3],
@@ -188,7 +190,7 @@ class Renderer:
         half = -(-self.settings.spp // 2)
         each = np.where(found.person.ravel()[pixels], 2 * half, half)
         traced = self._tracer.trace(pixels, each, camera, size, self.settings.seed)
-        layers, person = self._laid(traced, pixels, empty)
+        layers, person = self._laid(traced, pixels, empty, camera)
         clean = _denoise_parts(layers, boxes(found)) if self.settings.denoise else layers.color
         weight = np.where(person > 0, 1, np.where(layers.alpha > 0, found.weight, 0))[..., None]
         return np.asarray(weight * clean + (1 - weight) * empty.color, np.float32)
@@ -199,7 +201,15 @@ class Renderer:
             self._clear = camera, empty_stage(self.scene_settings, camera, self.settings.size)
         return self._clear[1]
 
-    def _laid(self, traced: Traced, pixels: IntArray, empty: Empty) -> tuple[Layers, FloatArray]:
+    def _sky(self, camera: ViewCamera | None) -> FloatArray:
+        """The sky behind every pixel (H, W, 3)."""
+        size = self.settings.size
+        if camera is None or self.scene_settings.zenith is None:
+            return np.broadcast_to(self.scene_settings.fill, (size, size, 3))
+        ray = rays(camera, size)
+        return self.scene_settings.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1))
+
+    def _laid(self, traced: Traced, pixels: IntArray, empty: Empty, camera: ViewCamera) -> tuple[Layers, FloatArray]:
         """What was traced of some `pixels` over the empty stage, and how much of each pixel (H, W) is the person."""
         missed = 1 - traced.alpha[:, None]
         up = np.array((0, 1, 0), np.float32)
@@ -210,7 +220,7 @@ class Renderer:
             alpha=empty.ground.astype(np.float32),
         )
         person = np.zeros_like(layers.alpha)
-        layers.color.reshape(-1, 3)[pixels] = traced.color + missed * self._backdrop
+        layers.color.reshape(-1, 3)[pixels] = traced.color + missed * self._sky(camera).reshape(-1, 3)[pixels]
         layers.albedo.reshape(-1, 3)[pixels] = traced.albedo + missed * self.scene_settings.ground_albedo
         layers.normal.reshape(-1, 3)[pixels] = traced.normal + missed * up
         layers.alpha.reshape(-1)[pixels] = traced.alpha

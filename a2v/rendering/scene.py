@@ -17,7 +17,7 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 
-SUN_DISTANCE = 2000.0
+SUN_DISTANCE = 20000.0
 """How far away the disk is that stands for the sun, metres."""
 
 
@@ -34,6 +34,13 @@ class SceneSettings(Record):
         sRGB in [0, 1] of the backdrop, which is also the constant light from all around (the fill light).
         The ground's albedo follows from it: far from the spot light's pool, lit ground has just the
         backdrop's colour, so the horizon dissolves.
+    zenith : tuple of 3 float or None
+        sRGB in [0, 1] of the sky overhead; from the horizon, which has the background's colour, it goes over into this one.
+        None: the background's all around.
+    haze : float
+        How quickly: the sine of the elevation at which 63 % of the way is gone.
+    ground : tuple of 3 float or None
+        sRGB reflectance of the ground near the origin, which goes over into the dissolving one towards `ground_radius`. None: that one.
     sun : tuple of 3 float
         Irradiance over pi (linear RGB) of the directional light on a surface that faces it.
     sun_direction : tuple of 3 float
@@ -52,11 +59,16 @@ class SceneSettings(Record):
         How much darker the lines are than the ground.
     ground_radius : float
         Half the side of the ground, metres; the lines fade towards it.
+    gloss : bool
+        Skin and eyes shine, and light goes softly round skin (`a2v.rendering.matter`); else all is matt.
     bounces : int
         Path length: 1 light from lamps only, 2 light once reflected.
     """
 
     background: Triple = (0.77, 0.79, 0.81)
+    zenith: Triple | None = None
+    haze: float = 0.2
+    ground: Triple | None = None
     sun: Triple = (0.74, 0.69, 0.62)
     sun_direction: Triple = (0.55, 1.15, 0.8)
     sun_angle: float = 3.0
@@ -66,23 +78,63 @@ class SceneSettings(Record):
     grid: float = 0.5
     grid_contrast: float = 0.16
     ground_radius: float = 12.0
+    gloss: bool = True
     bounces: int = 2
 
     def __post_init__(self) -> None:
-        colors = np.array([self.background, self.sun, self.spot])
-        if not np.isfinite(colors).all() or colors.min() < 0 or max(self.background) > 1:
-            raise InputError("light must be finite and not negative, and the background sRGB in [0, 1]")
+        shown = np.array([self.background, self.zenith or self.background, self.ground or self.background])
+        colors = np.concatenate([shown, [self.sun, self.spot]])
+        if not np.isfinite(colors).all() or colors.min() < 0 or shown.max() > 1:
+            raise InputError("light must be finite and not negative, and background, zenith and ground sRGB in [0, 1]")
+        if not 0.01 <= self.haze <= 10:
+            raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
         if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
             raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
         if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
             raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
 
     @property
+    def fill(self) -> FloatArray:
+        """Linear light (3,) of the sky at the horizon."""
+        return np.asarray(np.maximum(srgb_to_linear(np.array(self.background)), 1e-3))
+
+    def sky(self, rise: FloatArray) -> FloatArray:
+        """Linear light (..., 3) of the sky in directions whose sine of elevation is `rise` (...); below the horizon the horizon's."""
+        if self.zenith is None:
+            return np.broadcast_to(self.fill, (*np.shape(rise), 3))
+        over = 1 - np.exp(-np.maximum(np.asarray(rise), 0) / self.haze)
+        return np.asarray(self.fill + over[..., None] * (self._overhead - self.fill))
+
+    @property
+    def sky_on_ground(self) -> FloatArray:
+        """Irradiance over pi (3,) of the whole sky on open ground: `sky` times twice the sine, integrated over it."""
+        if self.zenith is None:
+            return self.fill
+        low = 2 * (self.haze**2 - np.exp(-1 / self.haze) * (self.haze**2 + self.haze))
+        return np.asarray(self._overhead + low * (self.fill - self._overhead))
+
+    @property
+    def _overhead(self) -> FloatArray:
+        return np.asarray(np.maximum(srgb_to_linear(np.array(self.zenith)), 1e-3))
+
+    @property
     def ground_albedo(self) -> FloatArray:
         """Linear albedo (3,) that makes sunlit open ground as bright as the backdrop."""
-        fill = np.maximum(srgb_to_linear(np.array(self.background)), 1e-3)
         slope = self.sun_direction[1] / float(np.linalg.norm(self.sun_direction))
-        return np.asarray(fill / (fill + slope * np.array(self.sun)), np.float32)
+        return np.asarray(np.minimum(self.fill / (self.sky_on_ground + slope * np.array(self.sun)), 0.98), np.float32)
+
+    @property
+    def plain_ground(self) -> bool:
+        """Whether the ground has one albedo everywhere."""
+        return self.ground is None and (self.grid == 0 or self.grid_contrast == 0)
+
+    def ground_at(self, place: FloatArray) -> FloatArray:
+        """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in metres."""
+        beyond = self.ground_albedo
+        if self.ground is None:
+            return np.broadcast_to(beyond, (*place.shape[:-1], 3))
+        share = _fade(np.hypot(place[..., 0], place[..., 1]) / self.ground_radius)[..., None]
+        return np.asarray(beyond + share * (srgb_to_linear(np.array(self.ground)) - beyond), np.float32)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,12 +234,11 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
     sun, far = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction), SUN_DISTANCE
     radius = far * float(np.tan(np.radians(scene.sun_angle)))
     sun_radiance = np.array(scene.sun) * (far**2 + radius**2) / radius**2
-    fill = np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3)
     # irradiance E of a disk of radius r seen face on from distance d: E = pi L r^2 / (d^2 + r^2)
     reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
     spot_radiance = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
-    return {
+    objects: dict[str, Any] = {
         "ground": {
             "type": "rectangle",
             "to_world": transform().rotate([1, 0, 0], -90).scale(scene.ground_radius),
@@ -198,40 +249,63 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
             "to_world": transform().translate([0, -0.002, 0]).rotate([1, 0, 0], -90).scale(100.0),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": scene.ground_albedo.tolist()}},
         },
-        "fill": {"type": "constant", "radiance": {"type": "rgb", "value": fill.tolist()}},
+        "fill": _sky(mi, scene),
         "sun": {
             "type": "disk",
             "to_world": transform().look_at(origin=(sun * far).tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(radius),
             "bsdf": black,
             "light": {"type": "area", "radiance": {"type": "rgb", "value": sun_radiance.tolist()}},
         },
-        "spot": {
+    }
+    if max(scene.spot) > 0:  # a dark one would throw a shadow all the same
+        objects["spot"] = {
             "type": "disk",
             "to_world": transform(spot_matrix((0.0, 0.0, 0.0), scene)),
             "bsdf": black,
             "light": {"type": "area", "radiance": {"type": "rgb", "value": spot_radiance.tolist()}},
-        },
-    }
+        }
+    return objects
+
+
+def _sky(mi: Any, scene: SceneSettings) -> dict[str, Any]:
+    if scene.zenith is None:
+        return {"type": "constant", "radiance": {"type": "rgb", "value": scene.fill.tolist()}}
+    rows = 256  # a picture of the whole sphere: row 0 is overhead
+    picture = scene.sky(np.cos((np.arange(rows) + 0.5) / rows * np.pi))[:, None].repeat(8, axis=1)
+    return {"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32))}
 
 
 def _ground_texture(mi: Any, scene: SceneSettings) -> dict[str, Any]:
-    if scene.grid == 0 or scene.grid_contrast == 0:
+    if scene.plain_ground:
         return {"type": "rgb", "value": scene.ground_albedo.tolist()}
     return {"type": "bitmap", "bitmap": mi.Bitmap(grid_texture(scene)), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
 
 
 def grid_factor(scene: SceneSettings, pixels: int = 2048) -> FloatArray:
     """What is left of the ground's albedo (pixels, pixels): faint lines that fade out towards its rim."""
-    at = (np.arange(pixels) + 0.5) / pixels * 2 * scene.ground_radius - scene.ground_radius
-    pixel = 2 * scene.ground_radius / pixels
+    if scene.grid == 0 or scene.grid_contrast == 0:
+        return np.ones((pixels, pixels))
+    at, pixel = _texels(scene, pixels), 2 * scene.ground_radius / pixels
     off = np.abs((at + scene.grid / 2) % scene.grid - scene.grid / 2)  # distance to the nearest line
     line = np.clip(1.25 - off / pixel, 0, 1)
     lines = np.maximum(line[:, None], line[None, :])
     radius = np.hypot(at[:, None], at[None, :]) / scene.ground_radius
-    fade = np.clip((0.85 - radius) / 0.6, 0, 1) ** 2 * (3 - 2 * np.clip((0.85 - radius) / 0.6, 0, 1))
-    return np.asarray(1 - scene.grid_contrast * lines * fade)
+    return np.asarray(1 - scene.grid_contrast * lines * _fade(radius))
 
 
 def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
     """The ground's sRGB texture (pixels, pixels, 3)."""
-    return to_bytes(linear_to_srgb(scene.ground_albedo * grid_factor(scene, pixels)[..., None]))
+    at = _texels(scene, pixels).astype(np.float32)
+    place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1) if scene.ground is not None else np.zeros((1, 1, 2))
+    return to_bytes(linear_to_srgb(scene.ground_at(place) * grid_factor(scene, pixels)[..., None]))
+
+
+def _texels(scene: SceneSettings, pixels: int) -> FloatArray:
+    """Where the ground's texels lie along a side, metres."""
+    return (np.arange(pixels) + 0.5) / pixels * 2 * scene.ground_radius - scene.ground_radius
+
+
+def _fade(radius: FloatArray) -> FloatArray:
+    """1 in the middle of the ground, 0 at its rim; `radius` is a fraction of half its side."""
+    share = np.clip((0.85 - radius) / 0.6, 0, 1)
+    return np.asarray(share**2 * (3 - 2 * share))

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from a2v.geometry.colors import srgb_to_linear
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.matter import Hit
 from a2v.rendering.scene import SUN_DISTANCE, SceneSettings, spot_matrix
 from a2v.types import FloatArray, IntArray
 
@@ -36,10 +36,14 @@ class Traced:
 
 
 class Tracer:
-    """Traces pixels of one Mitsuba scene whose lights are the stage's (`a2v.rendering.scene.stage`); diffuse, light once reflected."""
+    """Traces pixels of one Mitsuba scene whose lights are the stage's (`a2v.rendering.scene.stage`); light once reflected.
 
-    def __init__(self, mi: Any, scene: Any, person: Any, settings: SceneSettings) -> None:
+    `matter` (F,) says what the person's faces are (`a2v.rendering.matter`); without it all is matt.
+    """
+
+    def __init__(self, mi: Any, scene: Any, person: Any, settings: SceneSettings, matter: FloatArray | None = None) -> None:
         self._mi, self._scene, self._person, self._settings = mi, scene, person, settings
+        self._matter = None if matter is None else mi.Float(matter.astype(np.float32))
         self._table: Any = None
 
     def trace(self, pixels: IntArray, samples: IntArray, camera: ViewCamera, size: int, seed: int) -> Traced:
@@ -82,19 +86,26 @@ class Tracer:
         si = self._scene.ray_intersect(ray)
         hit = si.is_valid() & ~si.shape.is_emitter()
         albedo, normal = _matter(si, hit)
-        light = lamps.sun(self._scene, si, normal, draws.next(), hit) + lamps.spot(self._scene, si, normal, draws.next(), hit)
+        person = hit & (si.shape == mi.ShapePtr(self._person))
+        made = None if self._matter is None else Hit.of(mi, self._matter, si, person, normal, ray)
+        light, gloss = mi.Color3f(0), mi.Color3f(0)
+        for power, lamp in ((self._settings.sun, lamps.sun), (self._settings.spot, lamps.spot)):
+            draw = draws.next()
+            if max(power) > 0:
+                matt, bright = lamp(self._scene, si, normal, draw, hit, made)
+                light, gloss = light + matt, gloss + bright
         bounce = si.spawn_ray(mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(draws.next())))
         second = self._scene.ray_intersect(bounce, hit)
-        light += dr.select(hit & ~second.is_valid(), lamps.fill, 0.0)
+        free = hit & ~second.is_valid()
+        light += dr.select(free, lamps.sky(bounce.d), 0.0)
+        if made is not None:
+            way, share = made.mirrored()
+            gloss += dr.select(free, share * lamps.sky(way), 0.0)
         if self._settings.bounces > 1:
             struck = hit & second.is_valid()
             other, facing = _matter(second, struck)
             light += dr.select(struck, other * lamps.any(self._scene, second, facing, draws.next(), struck), 0.0)
-        color, flag, person = (
-            dr.select(hit, light * albedo, 0.0),
-            dr.select(hit, mi.Float(1), 0.0),
-            hit & (si.shape == mi.ShapePtr(self._person)),
-        )
+        color, flag = dr.select(hit, light * albedo + gloss, 0.0), dr.select(hit, mi.Float(1), 0.0)
         albedo, normal = dr.select(hit, albedo, 0.0), dr.select(hit, normal, 0.0)
         return [*color, *albedo, *normal, flag, dr.select(person, mi.Float(1), 0.0)]
 
@@ -131,7 +142,8 @@ class _Draws:
 
 @dataclass(frozen=True, kw_only=True)
 class _Lamps:
-    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance squared over cosines."""
+    """Sun, lamp and fill light as the scene has them; powers are irradiance over pi times distance squared over cosines;
+    `fill` is the sky's light overhead, `rest` what the horizon's has more."""
 
     mi: Any
     centre: tuple[Any, Any]
@@ -139,6 +151,8 @@ class _Lamps:
     normal: tuple[Any, Any]
     power: tuple[Any, Any]
     fill: Any
+    rest: Any
+    haze: Any
 
     @classmethod
     def of(cls, mi: Any, scene: SceneSettings, camera: ViewCamera) -> _Lamps:
@@ -161,20 +175,28 @@ class _Lamps:
             matrix[:3, 2] / scene.spot_radius,
         ]
         c, a, b, n, sc, sa, sb, sn = (mi.Vector3f(*_numbers(mi, value)) for value in vectors)
-        sun_power, spot_power, fill = (
-            mi.Color3f(*_numbers(mi, v)) for v in (*powers, np.maximum(srgb_to_linear(np.array(scene.background)), 1e-3))
-        )
-        return cls(mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill)
+        overhead = scene.sky(np.array(np.inf))
+        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*powers, overhead, scene.fill - overhead))
+        return cls(
+            mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
+            haze=None if scene.zenith is None else _number(mi, -1 / scene.haze),
+        )  # fmt: skip
 
-    def sun(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
-        """Irradiance over pi from the sun, one sample."""
-        return self._one(0, scene, si, normal, draw, active)
+    def sky(self, way: Any) -> Any:
+        """Light from the sky in directions `way` (`SceneSettings.sky`)."""
+        import drjit as dr
 
-    def spot(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
-        """Irradiance over pi from the lamp, one sample."""
-        return self._one(1, scene, si, normal, draw, active)
+        return self.fill if self.haze is None else self.fill + self.rest * dr.exp(dr.maximum(way.y, 0) * self.haze)
 
-    def _one(self, which: int, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
+    def sun(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None) -> tuple[Any, Any]:
+        """What the sun gives, one sample: irradiance over pi, and light that what is there (`made`) mirrors."""
+        return self._one(0, scene, si, normal, draw, active, made)
+
+    def spot(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None = None) -> tuple[Any, Any]:
+        """What the lamp gives, as `sun`."""
+        return self._one(1, scene, si, normal, draw, active, made)
+
+    def _one(self, which: int, scene: Any, si: Any, normal: Any, draw: Any, active: Any, made: Hit | None) -> tuple[Any, Any]:
         import drjit as dr
 
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
@@ -183,10 +205,13 @@ class _Lamps:
         length = dr.sqrt(square)
         way /= length
         here, there = dr.dot(way, normal), -dr.dot(way, self.normal[which])
-        active = active & (here > 0) & (there > 0)
+        active = active & (here > (0 if made is None else made.least())) & (there > 0)
         ray = si.spawn_ray(way)
+        if made is not None:
+            ray = made.raised(ray)
         ray.maxt = length * (1 - 1e-3)
-        return dr.select(active & ~scene.ray_test(ray, active), self.power[which] * (here * there / square), 0.0)
+        light = dr.select(active & ~scene.ray_test(ray, active), self.power[which] * (there / square), 0.0)
+        return (light * here, self.mi.Color3f(0)) if made is None else (light * made.falloff(here), light * made.gloss(way, here))
 
     def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
         """Irradiance over pi from all three, one sample of one of them (what is reflected there counts little in the end)."""
@@ -206,7 +231,7 @@ class _Lamps:
         active = active & (here > 0) & ((there > 0) | sky)
         ray = si.spawn_ray(way)
         ray.maxt = dr.select(sky, 1e5, length * (1 - 1e-3))
-        light = dr.select(sky, self.fill, dr.select(sun, *self.power) * (here * there / square))
+        light = dr.select(sky, self.sky(way), dr.select(sun, *self.power) * (here * there / square))
         return dr.select(active & ~scene.ray_test(ray, active), 3 * light, 0.0)
 
 

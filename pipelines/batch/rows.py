@@ -30,7 +30,7 @@ MAX_ROWS = 100_000
 MAX_CELL = 4096
 """Characters of a cell."""
 _FILES = ("photo", "mask", "keypoints", "motion", "camera")
-_MAYBE_FILES = ("model", "background")
+_MAYBE_FILES = ("model", "background", "look")
 _YES_NO = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
+from a2v.rendering.looks import LOOKS
 from pipelines.answer import Answer
 from pipelines.graph import Parameters, check_names, outputs_of, video_graph
 from pipelines.inputs import LookOptions, MovingStages, PhotoOptions, RunOptions, check_writable
@@ -26,9 +27,8 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
   a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
-  a2v video --photo me.jpg --action Jump --views front,turntable --background "#30506f" --out out/jump
+  a2v video --photo me.jpg --action Jump --views front,turntable --look night --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
-  a2v video --photo me.jpg --action Walk --loop --in-place --rig unreal --out out/cycle                    for game engines
   a2v video --photo me.jpg --action Jump --animation gif --max-mb 5 --sheet --out out/wave
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
@@ -111,6 +111,7 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     files = {
         "photo": options.photo.photo, "mask": options.photo.mask, "keypoints": options.photo.keypoints, "motion": motion.motion,
         "camera": options.look.camera, "timeline": motion.timeline,
+        "look": options.look.look if options.look.look not in LOOKS else None,
     }  # fmt: skip
     inputs = {name: path for name, path in files.items() if path is not None}
     if motion.motion is None:
@@ -119,7 +120,7 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     set_ |= {"frames": parameters["frames"], "edit": parameters["edit"]}
     set_ |= {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
     set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion")}
-    names = {"render", "cameras", *(item.name for item in dataclasses.fields(options.stages))}
+    names = {"render", "cameras", "scene", *(item.name for item in dataclasses.fields(options.stages))}
     stages = {name: value for name, value in parameters.items() if name in names}
     described = {**set_, "photo": Path(options.photo.photo).name, **stages}
     report = make_report(outcome, command="video", parameters=described, inputs=inputs, outputs=written)

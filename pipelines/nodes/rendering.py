@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from a2v.rendering.camera import CameraPath, ViewCamera
+from a2v.rendering.scene import SceneSettings
 from a2v.types import VIEWS, Character, RenderSettings
 from pipelines.memo import memo, note
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
@@ -55,14 +56,15 @@ def frame(
     camera: Ref[ViewCamera],
     look: Ref[RenderSettings],
     backdrop: Ref[Blob] | None,
+    scene: SceneSettings,
 ) -> Ref[Image]:
     """Render one frame of one view."""
-    renderer = _renderer(current().address, character, look, backdrop)
+    renderer = _renderer(current().address, character, look, backdrop, scene)
     return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(camera, ViewCamera))))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None) -> Any:
+def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None, scene: SceneSettings) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
@@ -71,7 +73,7 @@ def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings]
     settings = threaded(Store(address).get(look, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
     surface = load_character(address, character).surface
-    return Renderer(surface, settings, backdrop=picture)
+    return Renderer(surface, settings, scene, backdrop=picture)
 
 
 def threaded(settings: RenderSettings) -> RenderSettings:

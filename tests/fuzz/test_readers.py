@@ -27,6 +27,7 @@ from a2v.kinematics import CMU
 from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras
+from a2v.rendering.looks import read_look
 from a2v.studio.avatar_files import load_avatar
 from a2v.types import Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
 from pipelines.cli import main
@@ -180,12 +181,18 @@ def test_damaged_openpose(data):
     owes_a_sentence(lambda: read_openpose(data))
 
 
+LOOK = "sun: [1.2, 1.0, 0.8]\nzenith: [0.4, 0.6, 0.8]\nhaze: 0.25\nsun_direction: [0.7, 0.9, 0.8]\nbounces: 2\n"
 CAMERAS = "hero: {azimuth: 30, elevation: 12, fov: 35}\norbit:\n  turn: 360\n  distance: 4\n  follow: false\ntripod: {origin: [2.5, 1.5, 3.0], target: [0, 0.9, 0]}\n"
 
 
 @given(st.one_of(retold(CAMERAS), trees({"hero": {"azimuth": 30, "origin": [1, 2, 3], "follow": True}}).map(json.dumps)))
 def test_cameras(text):
     written(text, ".yaml", read_cameras)
+
+
+@given(st.one_of(retold(LOOK), trees({"sun": [1, 0.5, 0.2], "zenith": None, "bounces": 2, "haze": 0.3}).map(json.dumps)))
+def test_looks(text):
+    written(text, ".yaml", read_look)
 
 
 SETTINGS = "action: Walk\nframes: 9\nseed: 1\ncount: 2\n"

@@ -1,0 +1,138 @@
+"""What a person is made of, as far as light goes: skin with a soft falloff and a soft gloss, clear eyes, all else matt.
+
+Skin lets light in and out again some millimetres away, red further than blue, so the border of light on it is soft and reddish. Here
+the cosine of each colour reaches round the border by a part w and keeps its sum, ((cos + w) / (1 + w)) ** (1 + 2 w), and rays to the lamps
+start some millimetres above the skin. Gloss is a microfacet lobe (GGX; Walter et al., EGSR 2007) with Schlick's Fresnel term.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.face import FACE_KINDS
+from a2v.geometry.colors import srgb_to_linear
+from a2v.types import FloatArray, Surface
+
+EYE = 2.0
+"""The mark of a wet surface; skin is 1, anything else 0."""
+
+WRAP = (0.26, 0.12, 0.07)
+"""How far light goes round the border on skin, red, green and blue."""
+
+_LIFT = 0.004
+"""How far above the skin a ray to a lamp begins, metres."""
+
+_ROUGH, _CLEAR = 0.22, 0.07
+"""Widths of the lobes of skin and eyes (GGX's alpha)."""
+
+_FRESNEL = 0.028
+"""Reflectance of skin and eyes face on (index of refraction 1.4)."""
+
+
+def matter_of(surface: Surface) -> FloatArray | None:
+    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where no face says what its skin looks like.
+
+    Skin is what has the colour of the face: its ratios of red, green and blue within what they vary by on the face, as bright as the face
+    in the light or in the shade; evened out over neighbours.
+    """
+    face = surface.face
+    if face is None:
+        return None
+    kinds = np.array(FACE_KINDS)[face.kinds]
+    sure = face.patch[kinds == "skin"]
+    if len(sure) < 50:
+        return None
+    linear = np.maximum(srgb_to_linear(surface.colors.astype(np.float64)), 2e-3)
+    ratio = np.log(linear[:, [0, 2]] / linear[:, 1:2])
+    bright = np.log(linear @ (0.2126, 0.7152, 0.0722))
+    middle, usual = np.median(ratio[sure], axis=0), float(np.median(bright[sure]))
+    spread = np.maximum(1.48 * np.median(np.abs(ratio[sure] - middle), axis=0), 0.17)
+    off = np.hypot(*((ratio - middle) / spread).T)
+    like = np.exp(-0.5 * np.maximum(off - 1, 0) ** 2) * ((bright > usual - 1.3) & (bright < usual + 1.6))
+    like = np.clip(2 * _evened(surface, like, 6) - 0.5, 0, 1)
+    like[sure] = np.maximum(like[sure], 0.9 * (bright[sure] > usual - 1.3))  # hair may hang into the face
+    for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
+        like[face.patch[kinds == kind]] = value
+    return np.asarray(like, np.float32)
+
+
+def _evened(surface: Surface, values: FloatArray, times: int) -> FloatArray:
+    """Means over each vertex and its neighbours, so many times."""
+    from scipy.sparse import csr_matrix
+
+    one, two = np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]], surface.faces[:, [2, 0]]]).T
+    count = len(surface.vertices)
+    rows, columns = np.concatenate([one, two, np.arange(count)]), np.concatenate([two, one, np.arange(count)])
+    beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    total = np.asarray(beside.sum(axis=1)).ravel()
+    for _ in range(times):
+        values = beside @ values / total
+    return values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hit:
+    """At points of the scene: how much is skin or eye, the width of its lobe, the shading normal and the way to the viewer."""
+
+    mi: Any
+    skin: Any
+    glossy: Any
+    alpha: Any
+    normal: Any
+    viewer: Any
+
+    @classmethod
+    def of(cls, mi: Any, table: Any, si: Any, person: Any, normal: Any, ray: Any) -> Hit:
+        """`table` (F,) holds `matter_of` for the person's faces."""
+        import drjit as dr
+
+        value = dr.gather(mi.Float, table, si.prim_index, person)
+        eye = value > 1.5
+        alpha = dr.select(eye, _CLEAR, _ROUGH)
+        glossy = dr.select(eye, 1.0, value)
+        return cls(mi=mi, skin=dr.select(eye, 0.0, value), glossy=glossy, alpha=alpha, normal=normal, viewer=-ray.d)
+
+    def raised(self, ray: Any) -> Any:
+        """A ray that begins above the skin."""
+        ray.o += self.normal * (_LIFT * self.skin)
+        return ray
+
+    def least(self) -> Any:
+        """The cosine from which on light reaches a point."""
+        return -WRAP[0] * self.skin
+
+    def falloff(self, cosine: Any) -> Any:
+        """What of a lamp's light comes back matt, by colour, instead of the `cosine`."""
+        import drjit as dr
+
+        parts = []
+        for wrap in WRAP:
+            reach = wrap * self.skin
+            parts.append(dr.power(dr.maximum(cosine + reach, 1e-6) / (1 + reach), 1 + 2 * reach))
+        return self.mi.Color3f(*parts)
+
+    def gloss(self, way: Any, cosine: Any) -> Any:
+        """The mirrored part of a lamp's light in direction `way`, pi times the lobe times the cosine."""
+        import drjit as dr
+
+        half = dr.normalize(way + self.viewer)
+        near, along = dr.maximum(dr.dot(self.normal, half), 0), dr.maximum(dr.dot(way, half), 0.1)
+        square = dr.square(self.alpha)
+        spread = square / dr.square(dr.square(near) * (square - 1) + 1)
+        return self.glossy * spread * _schlick(along) * dr.maximum(cosine, 0) / (4 * dr.square(along))
+
+    def mirrored(self) -> tuple[Any, Any]:
+        """Where the viewer sees the sky mirrored, and how much of it."""
+        import drjit as dr
+
+        facing = dr.maximum(dr.dot(self.normal, self.viewer), 0)
+        return 2 * facing * self.normal - self.viewer, self.glossy * _schlick(facing) * dr.select(self.alpha < 0.1, 1.0, 0.5)
+
+
+def _schlick(cosine: Any) -> Any:
+    rest = 1 - cosine
+    square = rest * rest
+    return _FRESNEL + (1 - _FRESNEL) * square * square * rest

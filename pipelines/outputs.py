@@ -38,9 +38,9 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
     if rig.plain:
         written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     else:
-        poses = outcome.get("poses", Poses)
-        clip = (poses.bone_transforms, poses.fps)
-        written += write_rigged(folder, outcome.get("character", Character), clip, rig, name=motion.action or "motion")
+        written += write_rigged(
+            folder, outcome.get("character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion"
+        )
     motion.save(folder / "motion.npz")
     write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
     return [*written, folder / "motion.npz", folder / "preview.html"]

@@ -10,10 +10,12 @@ from a2v.animation import RIGS, prepare_rig, skin_of
 from a2v.animation.rig_spec import OWN_RIG
 from a2v.errors import InputError
 from a2v.formats import write_glb, write_rig_bvh
+from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
 from a2v.types import Character, FloatArray, Motion
+from pipelines.nodes.values import Poses
 from pipelines.options import flag, option
 
 RIG = f"bones of the files for other tools: {', '.join(RIGS)}"
@@ -42,25 +44,27 @@ class RigOptions:
         return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion)
 
 
-def write_rigged(folder: Path, character: Character, clip: tuple[FloatArray, float], options: RigOptions, *, name: str) -> list[Path]:
+def write_rigged(folder: Path, character: Character, poses: Poses, options: RigOptions, *, name: str) -> list[Path]:
     """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options` ask for."""
+    clip = (poses.bone_transforms, poses.fps)
     person, clips = options.prepare(character, {name: clip})
     paths = [folder / "character.glb", folder / "motion.bvh"]
-    write_glb(paths[0], person, clips)
+    write_glb(paths[0], person, clips, expressions={name: poses.expressions})
     write_rig_bvh(paths[1], person.body, *clips[name])
     return paths
 
 
 def write_avatar(
-    path: Path, character: Character, clips: Mapping[str, tuple[FloatArray, float]], options: RigOptions, meta: VrmMeta
+    path: Path, character: Character, clips: Mapping[str, tuple[FloatArray, float]], meta: VrmMeta, *, expressions: Strengths
 ) -> list[Path]:
-    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip; see `check_avatar`."""
+    """Write a ``.vrm`` and beside it a ``<stem>.<clip>.vrma`` a clip, with what the face does in it; see `check_avatar`."""
     person, moves = prepare_rig(character, clips, rig="vrm")
     write_vrm(path, person, meta)
     paths = [path]
     for name, (transforms, fps) in moves.items():
         paths.append(path.with_name(f"{path.stem}.{name}.vrma"))
-        write_vrma(paths[-1], person.body, transforms, fps, name=name)
+        strengths = expressions.get(name) if person.surface.face is not None else None
+        write_vrma(paths[-1], person.body, transforms, fps, name=name, strengths=strengths)
     return paths
 
 

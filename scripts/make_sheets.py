@@ -1,6 +1,7 @@
 """Contact sheets to be looked at, into an ignored folder: each photo beside its character from all sides, and in motion.
 
     python scripts/make_sheets.py [NAME ...] [--out sheets] [--action Walk] [--frames 4] [--size 320] [--docs]
+    python scripts/make_sheets.py [NAME ...] --faces       heads instead: expressions from before and turned, and how far the landmarks are off
 
 NAME is a photo's file name without suffix, or an avatar's; by default the sample, the photos of ``$A2V_DATA/photos`` and six avatars of
 ``$A2V_DATA/avatars`` photographed here. `--docs` also writes the sample's sheet to ``docs/images/sample_sheet.jpg``.
@@ -9,9 +10,11 @@ NAME is a photo's file name without suffix, or an avatar's; by default the sampl
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import io
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +22,12 @@ from PIL import Image, ImageDraw
 
 from a2v.animation import deform
 from a2v.io import atomic_path
+from a2v.perception.face import FaceDetector
 from a2v.reconstruction import surface_sheet
+from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
 from a2v.rendering import Renderer, contact_sheet, follow_cameras
-from a2v.types import Character, RenderSettings, Subject, Surface
+from a2v.rendering.preview import preview_surface
+from a2v.types import Character, OrthographicCamera, RenderSettings, Subject, Surface
 from pipelines.inputs import video_parameters
 from pipelines.nodes.values import Poses
 from pipelines.progress import Bars
@@ -30,6 +36,16 @@ from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 AVATARS = ("AIAN_F_1_Casual", "Asian_M_2_Busi", "Black_F_3_Milit", "Hispanic_M_3_Casual", "MENA_F_1_Busi", "White_M_3_Casual")
+FACES = {
+    "neutral": {},
+    "blink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
+    "smile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5},
+    "open jaw": {"jawOpen": 1.0},
+    "pucker": {"mouthPucker": 1.0},
+}  # fmt: skip
+"""Expressions that are looked at."""
+PLACED = {"eyes": (*RIGHT_EYE, *LEFT_EYE), "brows": BROWS, "lips": LIPS}
+"""Landmarks that are measured."""
 
 
 def sources(data: Path) -> dict[str, Path]:
@@ -48,7 +64,7 @@ def photographed(avatar: Path, folder: Path) -> Path:
     path = folder / f"{avatar.stem}_photo.png"
     if not path.exists():
         picture = take_portrait(
-            load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), PortraitSettings(size=768, spp=64)
+            load_avatar(avatar).surface(a_pose(arms=38.0, feet=6.0, fingers=9.0)), PortraitSettings(size=1024, spp=64)
         ).image
         with atomic_path(path) as temporary:
             Image.fromarray(picture).save(temporary)
@@ -85,6 +101,46 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     return np.vstack([above, np.asarray(below), np.asarray(told)])
 
 
+def face_sheet(photo: Path, *, size: int) -> np.ndarray:
+    """The photo's face, its expressions from before and turned by 45 degrees; prints how far landmarks are off, pixels of a face of 512."""
+    bars = Bars()
+    outcome = run(["subject", "photo_camera", "colored"], store=Store(), progress=bars, **video_parameters(Store(), photo, "Walk"))
+    bars.close()
+    surface, subject = outcome.get("colored", Surface), outcome.get("subject", Subject)
+    if surface.face is None or subject.face is None:
+        print(f"{photo.stem}: {surface.provenance.get('face')}")
+        return np.full((size, 6 * size, 3), 235, np.uint8)
+    middle = surface.vertices[surface.face.patch].mean(axis=0).astype(np.float64) + [0, 0.01, 0]
+    extent = 1.5 * float(np.ptp(surface.vertices[surface.face.patch][:, 1]))
+    camera = outcome.get("photo_camera", OrthographicCamera)
+    (u, v), half = camera.project(middle[None])[0], camera.scale * extent / 2
+    box = [round(x) for x in (u - half, v - half, u + half, v + half)]
+    rows = [[np.asarray(Image.fromarray(subject.image).crop(box).resize((size, size), Image.Resampling.LANCZOS))] for _ in range(2)]
+    for strengths in FACES.values():
+        moved, offsets = surface.face.mixed(strengths)
+        vertices = surface.vertices.copy()
+        vertices[moved] += offsets.astype(np.float32)
+        shown = dataclasses.replace(surface, vertices=vertices, face=None)
+        for row, azimuth in zip(rows, (0.0, 45.0), strict=True):
+            row.append(preview_surface(shown, azimuth=azimuth, size=size, center=middle, extent=extent))
+    _measure(photo.stem, surface, subject.face, lambda points: (points - [u, v]) * size / (2 * half) + size / 2, rows[0][1])
+    return np.vstack([np.hstack(row) for row in rows])
+
+
+def _measure(name: str, surface: Surface, landmarks: np.ndarray, shown: Callable[[np.ndarray], np.ndarray], picture: np.ndarray) -> None:
+    """What the detector sees on the neutral picture against what it saw on the photo."""
+    with FaceDetector() as detector:
+        found = detector.one(np.asarray(Image.fromarray(picture).resize((512, 512), Image.Resampling.LANCZOS)))
+    if found is None:
+        print(f"{name}: the detector sees no face on the character")
+        return
+    asked, seen = shown(landmarks[:, :2].astype(np.float64)), found[:, :2] * len(picture) / 512
+    unit = 512 / float(np.ptp(asked[:, 1]))
+    said = [f"{part} {np.median(away):.1f} ({away.max():.1f})" for part, ids in PLACED.items()
+            for away in [unit * np.linalg.norm(seen[list(ids)] - asked[list(ids)], axis=1)]]  # fmt: skip
+    print(f"{name}: off by {', '.join(said)} px, median (most); the photo's face has {512 / unit:.0f} px here")
+
+
 def main() -> int:
     """Write the sheets; print their paths."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -95,6 +151,7 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=5, help="frames shown, two seconds apart")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--size", type=int, default=320)
+    parser.add_argument("--faces", action="store_true", help="heads instead")
     parser.add_argument("--docs", action="store_true")
     given = parser.parse_args()
     known = sources(Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data")))
@@ -104,6 +161,12 @@ def main() -> int:
     for name in given.names or known:
         path = known[name]
         photo = photographed(path, given.out) if path.suffix == ".glb" else path
+        if given.faces:
+            target = given.out / f"{name}_face.png"
+            with atomic_path(target) as temporary:
+                Image.fromarray(face_sheet(photo, size=given.size)).save(temporary)
+            print(target, flush=True)
+            continue
         picture = Image.fromarray(
             sheet(photo, model=given.model, action=given.action, frames=given.frames, seed=given.seed, size=given.size)
         )

@@ -1,4 +1,5 @@
-"""What every format of characters needs: clips that are checked, transforms in the parents' frames, encoded textures, linear colours."""
+"""What every format of characters needs: clips that are checked, transforms in the parents' frames, what faces express, encoded textures,
+linear colours."""
 
 from __future__ import annotations
 
@@ -8,7 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import ByteArray, FloatArray, IntArray
+from a2v.geometry.vectors import unit
+from a2v.types import ByteArray, Face, FloatArray, IntArray, Surface
 
 Clips = Mapping[str, tuple[FloatArray, float]]
 """By name: bone transforms (T, B, 4, 4), world from bone, metres, and frames per second."""
@@ -54,6 +56,71 @@ def parent_from_bone(transforms: FloatArray, parents: IntArray) -> FloatArray:
             local[:, bone, :3, :3] = from_world @ transforms[:, bone, :3, :3]
             local[:, bone, :3, 3] = np.einsum("tab,tb->ta", from_world, transforms[:, bone, :3, 3] - transforms[:, parent, :3, 3])
     return local
+
+
+def strength_tables(face: Face | None, clips: Clips, expressions: Strengths | None) -> dict[str, FloatArray]:
+    """Strengths (T, N) float32 of a face's N expressions in every clip that moves it; nothing without a face.
+
+    Raises
+    ------
+    InputError
+        An expression has no such name, or not as many strengths as its clip has frames.
+    """
+    tables: dict[str, FloatArray] = {}
+    if face is None:
+        return tables
+    for clip, strengths in (expressions or {}).items():
+        if clip not in clips or not strengths:
+            continue
+        frames = len(clips[clip][0])
+        table = np.zeros((frames, len(face.names)), np.float32)
+        for expression, values in strengths.items():
+            if expression not in face.names or np.shape(values) != (frames,):
+                raise InputError(
+                    f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},), and one of {', '.join(face.names)}"
+                )
+            table[:, face.names.index(expression)] = values
+        tables[clip] = table
+    return tables
+
+
+class ShadedTargets:
+    """A surface's expressions with what they do to its normals, without which viewers shade a shut lid as the open one."""
+
+    def __init__(self, surface: Surface):
+        assert surface.face is not None
+        self.face = surface.face
+        self._vertices = surface.vertices.astype(np.float64)
+        self._faces = surface.faces.astype(np.int64)
+        self._crosses = self._cross(self._vertices, self._faces)
+        self._sums = _gathered(self._faces, self._crosses, len(self._vertices))
+
+    def __call__(self, name: str) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Ascending vertices (n,) whose place or normal the expression `name` changes, offsets (n, 3) of places, metres, and of unit normals."""
+        moved, offsets = self.face.target(name)
+        vertices = self._vertices.copy()
+        vertices[moved] += offsets
+        is_moved = np.zeros(len(vertices), bool)
+        is_moved[moved] = True
+        near = is_moved[self._faces].any(axis=1)
+        sums = self._sums + _gathered(self._faces[near], self._cross(vertices, self._faces[near]) - self._crosses[near], len(vertices))
+        turned = unit(sums, least=1e-20) - unit(self._sums, least=1e-20)
+        places = np.flatnonzero(is_moved | (np.abs(turned).max(axis=1) > _LEAST_TURN))
+        return places, (vertices - self._vertices)[places].astype(np.float32), turned[places].astype(np.float32)
+
+    @staticmethod
+    def _cross(vertices: FloatArray, faces: IntArray) -> FloatArray:
+        corners = vertices[faces]
+        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+_LEAST_TURN = 0.02
+"""Changes of unit normals that are smaller are none."""
+
+
+def _gathered(faces: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Sums (count, 3) of the `values` (F, 3) of the faces around each vertex."""
+    return np.stack([np.bincount(faces.ravel(), np.repeat(values[:, axis], 3), count) for axis in range(3)], axis=-1)
 
 
 def linear_colors(colors: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 from a2v.errors import A2VError, MissingDependencyError
-from a2v.formats.characters import Clips
+from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten, user_cache_folder
 from a2v.types import Character
@@ -60,22 +60,26 @@ def _modules() -> Path:
     return package_folder() / "node_modules"
 
 
-def write_fbx(path: str | os.PathLike[str], character: Character, clips: Clips | None = None) -> None:
+def write_fbx(
+    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, expressions: Strengths | None = None
+) -> None:
     """Write a textured (or vertex-coloured), skinned and animated binary FBX, atomically.
 
     Centimetres, y up, the person faces +z; bones keep the axes that they have in a GLB. Every clip is an animation stack with
-    straight lines between keys, one a frame.
+    straight lines between keys, one a frame; expressions are blend shapes.
 
     Parameters
     ----------
     path : path
     character : Character
     clips : Clips or None
+    expressions : Strengths or None
+        What the face does in the clips.
 
     Raises
     ------
     InputError
-        A clip has the wrong shape, is not finite or has no frames.
+        A clip has the wrong shape, is not finite or has no frames; unknown expressions.
     MissingDependencyError
         There is no Node 18 or newer, or npm's packages are not installed; the message says how.
     A2VError
@@ -90,7 +94,7 @@ def write_fbx(path: str | os.PathLike[str], character: Character, clips: Clips |
         raise MissingDependencyError(f"FBX needs two packages of npm; install them once with: {install_command()} (or write a .glb)")
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", character, clips)
+        write_glb(Path(folder) / "character.glb", character, clips, expressions=expressions)
         shutil.copy(WRITER, folder)  # imports are looked for beside the script
         (Path(folder) / "node_modules").symlink_to(_modules().resolve(), target_is_directory=True)
         with atomic_path(path) as temporary:

@@ -11,11 +11,11 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from a2v.errors import InputError
 from a2v.formats.bvh import read_bvh, write_bvh
-from a2v.formats.characters import Clips
+from a2v.formats.characters import Clips, Strengths
 from a2v.formats.deepmimic import read_deepmimic
 from a2v.formats.fbx import write_fbx
 from a2v.formats.gltf import write_glb
@@ -50,6 +50,13 @@ class MotionFormat:
     title: str = ""
 
 
+class CharacterWriter(Protocol):
+    """Writes a `Character`, its `Clips` and what its face does in them, atomically."""
+
+    def __call__(self, path: Path, character: Character, clips: Clips, /, *, expressions: Strengths | None) -> object:
+        """Write it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CharacterFormat:
     """A kind of file that holds an animated character.
@@ -58,12 +65,11 @@ class CharacterFormat:
     ----------
     suffixes : tuple of str
         Lower case, with the dot.
-    write : function of (path, character, clips)
-        Writes a `Character` and its `Clips`, atomically.
+    write : CharacterWriter
     """
 
     suffixes: tuple[str, ...]
-    write: Callable[[Path, Character, Clips], object]
+    write: CharacterWriter
 
 
 MOTION_FORMATS: tuple[MotionFormat, ...] = (
@@ -179,9 +185,14 @@ def write_motion(path: str | os.PathLike[str], motion: Motion, formats: Sequence
 
 
 def write_character(
-    path: str | os.PathLike[str], character: Character, clips: Clips, formats: Sequence[CharacterFormat] = CHARACTER_FORMATS
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Clips,
+    formats: Sequence[CharacterFormat] = CHARACTER_FORMATS,
+    *,
+    expressions: Strengths | None = None,
 ) -> None:
-    """Write a character and its clips by the path's suffix.
+    """Write a character, its clips and what its face does in them by the path's suffix.
 
     Raises
     ------
@@ -189,4 +200,4 @@ def write_character(
         No format writes such a name, a clip does not fit the character, or the file cannot be written.
     """
     target = Path(path)
-    writer_of(target, formats).write(target, character, clips)
+    writer_of(target, formats).write(target, character, clips, expressions=expressions)

@@ -4,25 +4,40 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError, MissingDependencyError
-from a2v.formats.characters import Clips, check_clips, encode_texture, linear_colors, parent_from_bone
+from a2v.formats.characters import (
+    Clips,
+    ShadedTargets,
+    Strengths,
+    check_clips,
+    encode_texture,
+    linear_colors,
+    parent_from_bone,
+    strength_tables,
+)
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, Character, Face, FloatArray, Surface
+from a2v.types import Body, Character, FloatArray, Surface
 
 SUFFIXES = (".usdz", ".usdc", ".usda", ".usd")
 
 
 def write_usd(
-    path: str | os.PathLike[str], character: Character, clips: Clips | None = None, *, name: str = "character", jpeg_quality: int = 92
+    path: str | os.PathLike[str],
+    character: Character,
+    clips: Clips | None = None,
+    *,
+    name: str = "character",
+    jpeg_quality: int = 92,
+    expressions: Strengths | None = None,
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated character as USD.
 
@@ -39,11 +54,13 @@ def write_usd(
         Name of the root prim.
     jpeg_quality : int
         Quality of the texture, 1 to 100; 0 writes PNG.
+    expressions : Strengths or None
+        What the face does in the clips.
 
     Raises
     ------
     InputError
-        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no frames.
+        The path's suffix is none of USD's; a clip has the wrong shape, is not finite or has no frames; unknown expressions.
     MissingDependencyError
         ``usd-core`` is not installed.
     """
@@ -51,6 +68,7 @@ def write_usd(
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}")
     checked = check_clips(clips, len(character.body.bone_names))
+    tables = strength_tables(character.surface.face, checked, expressions)
     try:
         from pxr import Usd, UsdUtils
     except ImportError as error:
@@ -63,7 +81,7 @@ def write_usd(
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
         stage = Usd.Stage.CreateNew(str(scene))
-        _fill_stage(stage, character, checked, _identifier(name), None if texture is None else texture[0])
+        _fill_stage(stage, character, checked, tables, _identifier(name), None if texture is None else texture[0])
         stage.GetRootLayer().Save()
         if packed:
             if texture is not None:
@@ -85,8 +103,15 @@ def _identifier(text: str) -> str:
     return str(Tf.MakeValidIdentifier(text))
 
 
-def _fill_stage(stage: Any, character: Character, clips: Mapping[str, tuple[FloatArray, float]], name: str, texture: str | None) -> None:
-    """Make the prims of a character and its clips under ``/name``; `texture` is the file's name beside the stage."""
+def _fill_stage(
+    stage: Any,
+    character: Character,
+    clips: Mapping[str, tuple[FloatArray, float]],
+    tables: Mapping[str, FloatArray],
+    name: str,
+    texture: str | None,
+) -> None:
+    """Make the prims of a character, its clips and what its face does in them under ``/name``; `texture` is the file's name beside the stage."""
     from pxr import UsdGeom, UsdSkel
 
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
@@ -98,7 +123,7 @@ def _fill_stage(stage: Any, character: Character, clips: Mapping[str, tuple[Floa
     _add_material(stage, mesh, f"/{name}/material", texture)
     _bind_skin(mesh, character, skeleton)
     if character.surface.face is not None:
-        _add_expressions(stage, mesh, character.surface.face)
+        _add_expressions(stage, mesh, ShadedTargets(character.surface))
     speed = next((fps for _, fps in clips.values()), 24.0)
     stage.SetTimeCodesPerSecond(speed)
     stage.SetFramesPerSecond(speed)
@@ -111,7 +136,10 @@ def _fill_stage(stage: Any, character: Character, clips: Mapping[str, tuple[Floa
             label += "_"
         taken.add(label)
         steps = parent_from_bone(transforms, character.body.bone_parents)
-        animation = _add_animation(stage, f"/{name}/{label}", joints, steps, codes=np.arange(len(steps)) * speed / fps)
+        codes = np.arange(len(steps)) * speed / fps
+        animation = _add_animation(stage, f"/{name}/{label}", joints, steps, codes=codes)
+        if key in tables and character.surface.face is not None:
+            _animate_face(animation, character.surface.face.names, tables[key], codes=codes)
         if index == 0:
             moves.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
             stage.SetStartTimeCode(0)
@@ -171,20 +199,32 @@ def _bind_skin(mesh: Any, character: Character, skeleton: Any) -> None:
     binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
 
 
-def _add_expressions(stage: Any, mesh: Any, face: Face) -> None:
+def _add_expressions(stage: Any, mesh: Any, expressions: ShadedTargets) -> None:
     """A BlendShape below the mesh for each expression."""
     from pxr import UsdSkel, Vt
 
-    paths = []
-    for name in face.names:
-        vertices, offsets = face.target(name)
+    paths, names = [], expressions.face.names
+    for name in names:
+        vertices, offsets, turns = expressions(name)
         shape = UsdSkel.BlendShape.Define(stage, f"{mesh.GetPath()}/{_identifier(name)}")
         shape.CreateOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(offsets, np.float32)))
+        shape.CreateNormalOffsetsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(turns, np.float32)))
         shape.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(np.ascontiguousarray(vertices, np.int32)))
         paths.append(shape.GetPath())
     binding = UsdSkel.BindingAPI(mesh.GetPrim())
-    binding.CreateBlendShapesAttr([_identifier(name) for name in face.names])
+    binding.CreateBlendShapesAttr([_identifier(name) for name in names])
     binding.CreateBlendShapeTargetsRel().SetTargets(paths)
+
+
+def _animate_face(animation: Any, names: Sequence[str], table: FloatArray, *, codes: FloatArray) -> None:
+    """Add strengths (T, N) of the expressions `names` to a SkelAnimation, those that are ever more than nothing."""
+    from pxr import Vt
+
+    used = np.flatnonzero(table.any(axis=0))
+    animation.CreateBlendShapesAttr([_identifier(names[index]) for index in used])
+    weights = animation.CreateBlendShapeWeightsAttr()
+    for row, code in zip(table, codes.tolist(), strict=True):
+        weights.Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(row[used], np.float32)), code)
 
 
 def _add_animation(stage: Any, path: str, joints: Any, steps: FloatArray, *, codes: FloatArray) -> Any:

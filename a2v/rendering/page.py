@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 from a2v.errors import A2VError, InputError
-from a2v.formats.characters import Clips
+from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.formats.registry import CharacterFormat
 from a2v.io import atomic_path
@@ -110,8 +110,10 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
     return tuple((None, viewer_script().encode()) if name == "viewer" else (name, piece) for name, piece in pieces)
 
 
-def write_character_page(path: str | os.PathLike[str], character: Character, clips: Clips) -> None:
-    """Write an HTML page that shows a character with its clips, named after them.
+def write_character_page(
+    path: str | os.PathLike[str], character: Character, clips: Clips, *, expressions: Strengths | None = None
+) -> None:
+    """Write an HTML page that shows a character with its clips, named after them, and what its face does in them.
 
     Raises
     ------
@@ -119,7 +121,7 @@ def write_character_page(path: str | os.PathLike[str], character: Character, cli
         A clip does not fit the character, or the page would be too large.
     """
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", character, clips)
+        write_glb(Path(folder) / "character.glb", character, clips, expressions=expressions)
         write_page(path, Path(folder) / "character.glb", title=", ".join(clips))
 
 

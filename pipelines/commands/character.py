@@ -85,13 +85,13 @@ def run(options: Options) -> Answer:
         for name, file in wanted.items()
     ]
     check_writable(path.parent)
-    clips, character, exact = {}, None, None
+    clips, expressions, character, exact = {}, {}, None, None
     written, notes = [path], list[str]()
     targets = ["character", "poses", *(["posed"] if options.exact else [])]
     for (name, file), moving in zip(wanted.items(), parameters, strict=True):
         outcome = options.running.run(targets, moving | photo, graph=video_graph(recorded=file is not None))
         character, poses = outcome.get("character", Character), outcome.get("poses", Poses)
-        clips[name] = (poses.bone_transforms, poses.fps)
+        clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
         if options.exact:
             exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
         notes += [text for text in outcome.notes if text not in notes]
@@ -100,9 +100,9 @@ def run(options: Options) -> Answer:
         name = next(iter(wanted))
         write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
     elif avatar is not None:
-        written = write_avatar(path, character, clips, options.rigging, avatar)
+        written = write_avatar(path, character, clips, avatar, expressions=expressions)
     else:
-        write_character(path, *options.rigging.prepare(character, clips), FORMATS)
+        write_character(path, *options.rigging.prepare(character, clips), FORMATS, expressions=expressions)
     return Answer(files=written, notes=notes, facts={"clips": list(clips)})
 
 

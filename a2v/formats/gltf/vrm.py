@@ -62,6 +62,10 @@ EXPRESSIONS: Mapping[str, Mapping[str, float]] = {
 """VRM's presets as strengths of ARKit's expressions."""
 
 
+_LIDS = {"eyeBlinkLeft": "blinkLeft", "eyeBlinkRight": "blinkRight"}
+"""VRM's presets that are one of ARKit's expressions."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class VrmMeta:
     """What an avatar says about itself. Every permission that is not stated is the format's narrowest.
@@ -138,7 +142,15 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
     document.write(path)
 
 
-def write_vrma(path: str | os.PathLike[str], body: Body, transforms: FloatArray, fps: float, *, name: str = "motion") -> None:
+def write_vrma(
+    path: str | os.PathLike[str],
+    body: Body,
+    transforms: FloatArray,
+    fps: float,
+    *,
+    name: str = "motion",
+    strengths: Mapping[str, FloatArray] | None = None,
+) -> None:
     """Write a clip as a VRM animation, which any avatar can play.
 
     Parameters
@@ -151,11 +163,13 @@ def write_vrma(path: str | os.PathLike[str], body: Body, transforms: FloatArray,
         World from bone, metres. The hips carry all of the travel: the format has no root.
     fps : float
     name : str
+    strengths : by ARKit's names, (T,) each
+        What the face does. Lids become VRM's own blinkLeft and blinkRight, the others custom expressions of these names.
 
     Raises
     ------
     InputError
-        A required bone is missing, or the transforms have the wrong shape or are not finite.
+        A required bone is missing, the transforms have the wrong shape or are not finite, or strengths are not one a frame.
     """
     bones = _human_bones(body)
     moves, rate = check_clips({name: (transforms, fps)}, len(body.bone_names))[name]
@@ -173,11 +187,33 @@ def write_vrma(path: str | os.PathLike[str], body: Body, transforms: FloatArray,
         if channel["target"]["node"] not in others and (channel["target"]["path"] == "rotation" or channel["target"]["node"] == hips)
     ]
     document.json["animations"] = [animation]
+    extension: dict[str, Any] = {"specVersion": "1.0", "humanoid": {"humanBones": bones}}
+    if strengths:
+        extension["expressions"] = _add_strengths(document, animation, strengths, len(moves), rate)
     document.json["extensionsUsed"] = ["VRMC_vrm_animation"]
-    document.json["extensions"] = {"VRMC_vrm_animation": {"specVersion": "1.0", "humanoid": {"humanBones": bones}}}
+    document.json["extensions"] = {"VRMC_vrm_animation": extension}
     for empty in ("meshes", "materials"):
         del document.json[empty]
     document.write(path)
+
+
+def _add_strengths(
+    document: Document, animation: dict[str, Any], strengths: Mapping[str, FloatArray], frames: int, fps: float
+) -> dict[str, Any]:
+    """Strengths (frames,) as the format wants them: each a node's path along x."""
+    known: dict[str, dict[str, dict[str, int]]] = {}
+    times = document.accessor((np.arange(frames) / fps).astype(np.float32), bounds=True)
+    for expression, values in strengths.items():
+        if np.shape(values) != (frames,):
+            raise InputError(f"expression '{expression}' of shape {np.shape(values)}; expected ({frames},)")
+        node = document.node(name=expression)
+        document.json["scenes"][0]["nodes"].append(node)
+        path = np.stack([values, 0 * values, 0 * values], axis=1).astype(np.float32)
+        animation["samplers"].append({"input": times, "output": document.accessor(path), "interpolation": "LINEAR"})
+        animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": {"node": node, "path": "translation"}})
+        kind = "preset" if expression in _LIDS else "custom"
+        known.setdefault(kind, {})[_LIDS.get(expression, expression)] = {"node": node}
+    return known
 
 
 def _human_bones(body: Body) -> dict[str, dict[str, int]]:

@@ -10,12 +10,21 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.formats.characters import Clips, Strengths, check_clips, encode_texture, linear_colors, parent_from_bone
+from a2v.formats.characters import (
+    Clips,
+    ShadedTargets,
+    Strengths,
+    check_clips,
+    encode_texture,
+    linear_colors,
+    parent_from_bone,
+    strength_tables,
+)
 from a2v.geometry.mesh import vertex_normals
 from a2v.io import atomic_path
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
-from a2v.types import Body, Character, Face, FloatArray, IntArray, Surface
+from a2v.types import Body, Character, FloatArray, IntArray, Surface
 from a2v.version import __version__
 
 MAX_MORPH_BYTES = 2 << 30
@@ -147,22 +156,12 @@ def write_glb(
 
 def _animate_face(document: Document, character: Character, clips: Clips, expressions: Strengths) -> None:
     """Add the strengths of expressions to the animations of a `skinned_document`."""
-    face = character.surface.face
-    if face is None:
-        return
+    tables = strength_tables(character.surface.face, clips, expressions)
     for animation in document.json.get("animations", []):
-        strengths = expressions.get(animation["name"], {})
-        if not strengths:
+        if animation["name"] not in tables:
             continue
-        transforms, fps = clips[animation["name"]]
-        table = np.zeros((len(transforms), len(face.names)), np.float32)
-        for expression, values in strengths.items():
-            if expression not in face.names or np.shape(values) != (len(transforms),):
-                raise InputError(
-                    f"expression '{expression}' of shape {np.shape(values)}; expected ({len(transforms)},), and one of {', '.join(face.names)}"
-                )
-            table[:, face.names.index(expression)] = values
-        times = document.accessor((np.arange(len(transforms)) / fps).astype(np.float32), bounds=True)
+        table = tables[animation["name"]]
+        times = document.accessor((np.arange(len(table)) / clips[animation["name"]][1]).astype(np.float32), bounds=True)
         animation["samplers"].append({"input": times, "output": document.accessor(table.reshape(-1)), "interpolation": "LINEAR"})
         target = {"node": len(character.body.bone_names), "path": "weights"}
         animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
@@ -321,27 +320,32 @@ def _add_mesh(document: Document, thing: Character | Surface, name: str, quality
     indices = document.accessor(faces.astype(np.uint32).reshape(-1), target=_ELEMENT_BUFFER)
     document.json["meshes"].append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": 0, "mode": 4}]})
     if isinstance(thing, Character) and surface.face is not None:
-        _add_expressions(document.json["meshes"][-1], document, surface.face, source)
+        _add_expressions(document.json["meshes"][-1], document, ShadedTargets(surface), source)
     return len(document.json["meshes"]) - 1
 
 
-def _add_expressions(mesh: dict[str, Any], document: Document, face: Face, source: IntArray) -> None:
+def _add_expressions(mesh: dict[str, Any], document: Document, expressions: ShadedTargets, source: IntArray) -> None:
     """Give a mesh, whose vertices (N,) are those of the surface in `source`, a morph target for each expression."""
     order = np.argsort(source, kind="stable")
     targets = []
-    for name in face.names:
-        vertices, offsets = face.target(name)
+    for name in expressions.face.names:
+        vertices, offsets, turns = expressions(name)
         first, last = (np.searchsorted(source[order], vertices, side=side) for side in ("left", "right"))
         copies = np.repeat(np.arange(len(vertices)), last - first)
         at = np.repeat(first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first) + np.arange(len(copies))
-        places, moves = order[at], offsets[copies]
-        if not len(places):
-            places, moves = np.zeros(1, np.int64), np.zeros((1, 3))
-        ascending = np.argsort(places)
-        targets.append({"POSITION": document.sparse_accessor(len(source), places[ascending], moves[ascending])})
+        ascending = np.argsort(order[at])
+        places, copies = order[at][ascending], copies[ascending]
+        target = {}
+        for attribute, values in (("POSITION", offsets[copies]), ("NORMAL", turns[copies])):
+            own = np.abs(values).max(axis=1) > 0
+            if own.any():
+                target[attribute] = document.sparse_accessor(len(source), places[own], values[own])
+            else:
+                target[attribute] = document.sparse_accessor(len(source), np.zeros(1, np.int64), np.zeros((1, 3)))
+        targets.append(target)
     mesh["primitives"][0]["targets"] = targets
     mesh["weights"] = [0.0] * len(targets)
-    mesh["extras"] = {"targetNames": list(face.names)}
+    mesh["extras"] = {"targetNames": list(expressions.face.names)}
 
 
 def add_animation(document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:

@@ -17,8 +17,12 @@ from a2v.types import Body, Face, FloatArray, IntArray, OrthographicCamera, Reco
 
 _TURNED = 38.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
-_TEETH_SCALE, _TEETH_APART = np.array([0.78, 0.92, 0.94]), 0.003
-"""The teeth are the model's stand-ins and too large for its mouth: so much smaller and farther apart, metres, closed lips hide them."""
+_TEETH_SCALE, _UPPER_UP, _LOWER_DOWN = np.array([0.78, 0.92, 0.94]), 0.0005, 0.002
+"""The teeth are the model's stand-ins and too large for its mouth: so much smaller and moved, metres, closed lips hide them, and open ones show them."""
+_LID = 0.82
+"""So much of the model's blink: whole, its upper lids fall 3 to 4 mm below the lower ones."""
+_SEEN_TURNED = 3.06
+"""The detector sees the model's face, drawn from before, bent forward by so many degrees."""
 _EYE_REACH = (0.027, 0.036)
 """Expressions of an eye are whole up to the first distance from its middle, metres, and end at the second."""
 _LEAST = 1e-5
@@ -121,6 +125,7 @@ def _sewn(
     patch = face_patch()
     posed, turns = _posed(body)
     assert subject.face is not None
+    posed, turns = _facing(posed, turns, subject.face, camera)
     ids, weights = face_landmarks()
     on_body = np.einsum("kc,kcd->kd", weights, posed[ids])[:, :2]
     on_photo = camera.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
@@ -147,6 +152,19 @@ def _sewn(
     return dataclasses.replace(person, surface=made, expected_colors=expected)
 
 
+def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: OrthographicCamera) -> tuple[FloatArray, FloatArray]:
+    """The body's vertices (V, 3) and turns (V, 3, 3) with the head turned as the photo's: else teeth and tongue, which lie deep, are off to a side."""
+    from scipy.spatial.transform import Rotation
+
+    ids, weights = face_landmarks()
+    on_body = np.einsum("kc,kcd->kd", weights, posed[ids])
+    middle = on_body.mean(axis=0)
+    on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
+    found, _ = Rotation.align_vectors(on_photo - on_photo.mean(axis=0), on_body - middle)
+    turn = (found * Rotation.from_euler("x", -_SEEN_TURNED, degrees=True)).as_matrix()
+    return middle + (posed - middle) @ turn.T, turn @ turns
+
+
 def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest (13854, 3, 3)."""
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
@@ -159,19 +177,19 @@ def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     affine, *_ = np.linalg.lstsq(plain, posed[near], rcond=None)
     shrunk = rows.vertices.mean(axis=0) + (rows.vertices - rows.vertices.mean(axis=0)) * _TEETH_SCALE
     shrunk[:, 2] -= 0.003
-    shrunk[:, 1] += np.where(np.arange(len(shrunk)) < len(shrunk) // 2, _TEETH_APART, -_TEETH_APART)
+    shrunk[:, 1] += np.where(np.arange(len(shrunk)) < len(shrunk) // 2, _UPPER_UP, -_LOWER_DOWN)
     placed = np.concatenate([shrunk, np.ones((len(shrunk), 1))], axis=1) @ affine
     posed[TONGUE] += turns[TONGUE] @ np.array([0.0, -0.002, -0.008])  # the model's tongue shows between its lips
     return np.concatenate([posed, placed]), np.concatenate([turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))])
 
 
-def _share_of_eye(name: str, posed: FloatArray) -> FloatArray:
+def _share(name: str, posed: FloatArray) -> FloatArray:
     """How much (V, 1) of an expression each vertex takes: those of one eye, which in the data pull at the nose and the other eye too, fade out."""
     if not name.startswith("eye"):
         return np.ones((len(posed), 1))
     middle = posed[LEFT_EYEBALL if name.endswith("Left") else RIGHT_EYEBALL].mean(axis=0)
     share = np.clip((_EYE_REACH[1] - np.linalg.norm(posed - middle, axis=1)) / (_EYE_REACH[1] - _EYE_REACH[0]), 0, 1)[:, None]
-    faded: FloatArray = share * share * (3 - 2 * share)
+    faded: FloatArray = share * share * (3 - 2 * share) * (_LID if name.startswith("eyeBlink") else 1.0)
     return faded
 
 
@@ -217,7 +235,7 @@ def _expressions(
     names, starts, moved, offsets = [], [0], [], []
     for name, (ids, shifts) in actions_of().items():
         whole = np.zeros_like(posed)
-        far = posed[ids] + np.einsum("vab,vb->va", turns[ids], shifts * _share_of_eye(name, posed)[ids])
+        far = posed[ids] + np.einsum("vab,vb->va", turns[ids], shifts * _share(name, posed)[ids])
         whole[ids] = bend(far) - bent[ids]
         on_patch = whole[patch.vertices]
         on_rest = (whole[around][nearest] * share[..., None]).sum(axis=1)

@@ -36,7 +36,7 @@ from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 AVATARS = ("AIAN_F_1_Casual", "Asian_M_2_Busi", "Black_F_3_Milit", "Hispanic_M_3_Casual", "MENA_F_1_Busi", "White_M_3_Casual")
-FACES = {
+FACES: dict[str, dict[str, float]] = {
     "neutral": {},
     "blink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
     "smile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5},
@@ -110,7 +110,7 @@ def face_sheet(photo: Path, *, size: int) -> np.ndarray:
     if surface.face is None or subject.face is None:
         print(f"{photo.stem}: {surface.provenance.get('face')}")
         return np.full((size, 6 * size, 3), 235, np.uint8)
-    middle = surface.vertices[surface.face.patch].mean(axis=0).astype(np.float64) + [0, 0.01, 0]
+    middle = surface.vertices[surface.face.patch].mean(axis=0).astype(np.float64) + np.array([0, 0.01, -0.03])
     extent = 1.5 * float(np.ptp(surface.vertices[surface.face.patch][:, 1]))
     camera = outcome.get("photo_camera", OrthographicCamera)
     (u, v), half = camera.project(middle[None])[0], camera.scale * extent / 2

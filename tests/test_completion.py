@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
+import pty
+import select
 import shutil
+import struct
 import subprocess
+import termios
+import time
 
 import pytest
 
@@ -44,13 +51,71 @@ def test_bash_completes_commands_options_choices_and_files(capsys, tmp_path):
     assert "me.jpg" in completed(script, folder, "a2v", "video", "--photo", "m")
 
 
-@pytest.mark.parametrize("shell", ["zsh", "fish"])
-def test_other_shells_can_read_their_script(shell, command_line, tmp_path):
+ASKED = {
+    "a2v vid": "video",
+    "a2v train fl": "flow",
+    "a2v video --root": "--root-motion",
+    "a2v video --rig mix": "mixamo",
+    "a2v video --photo m": "me.jpg",
+}
+"""Lines, and what their last word becomes."""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "me.jpg").touch()
+    return tmp_path
+
+
+def script_for(shell, command_line):
     import shtab
 
     script = shtab.complete(command_line, shell)
     assert "root-motion" in script
     if shutil.which(shell) is None:
         pytest.skip(f"{shell} is not installed: its script was written and not tried")
-    (tmp_path / "a2v").write_text(script)
-    subprocess.run([shell, "-n", str(tmp_path / "a2v")], check=True, timeout=60)
+    return script
+
+
+def test_fish_completes_the_same(command_line, folder):
+    (folder / "a2v.fish").write_text(script_for("fish", command_line))
+    code = "source a2v.fish; " + "; ".join(f"echo '== {line}'; complete -C '{line}'" for line in ASKED)
+    home = {"HOME": str(folder), "XDG_CONFIG_HOME": str(folder), "XDG_DATA_HOME": str(folder)}
+    done = subprocess.run(
+        ["fish", "--no-config", "-c", code], cwd=folder, env={**os.environ, **home}, capture_output=True, text=True, check=True, timeout=60
+    )
+    parts = (part.partition("\n") for part in done.stdout.split("== ")[1:])
+    offered = {line: {word.partition("\t")[0] for word in words.splitlines()} for line, _, words in parts}
+    assert {line for line, word in ASKED.items() if word not in offered[line]} == set()
+
+
+def test_zsh_completes_the_same(command_line, folder):
+    """At a terminal: each line is typed, TAB and then `echo GOT ` before it."""
+    (folder / "_a2v").write_text(script_for("zsh", command_line))
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 300, 0, 0))
+    environment = {**os.environ, "TERM": "dumb", "HOME": str(folder), "ZDOTDIR": str(folder)}
+    shell = subprocess.Popen(
+        ["zsh", "-f", "-i"], cwd=folder, env=environment, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True
+    )
+    seen = ""
+
+    def until(text):
+        nonlocal seen
+        seen, deadline = "", time.monotonic() + 60
+        while text not in seen:
+            assert time.monotonic() < deadline, seen[-500:]
+            if select.select([ours], [], [], 1)[0]:
+                seen += os.read(ours, 65536).decode(errors="replace")
+
+    try:
+        os.write(ours, b"PROMPT=; fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d dump; bindkey -e; echo READ''Y\n")
+        until("READY")
+        for line, word in ASKED.items():
+            os.write(ours, f"{line}\t\x01echo G''OT \n".encode())
+            until(f"GOT {line.rpartition(' ')[0]} {word}")
+    finally:
+        shell.kill()
+        shell.wait()
+        os.close(ours)
+        os.close(theirs)

@@ -65,6 +65,14 @@ function steady(curves) {
   }
 }
 
+// A blend shape without the vertices that it leaves where they are.
+function sparse(channel) {
+  const moved = channel.indices.filter((_, i) => channel.deltas[3 * i] || channel.deltas[3 * i + 1] || channel.deltas[3 * i + 2]);
+  const kept = moved.length ? moved : channel.indices.subarray(0, 1);
+  const deltas = Float64Array.from({ length: 3 * kept.length }, (_, i) => channel.deltas[3 * kept[Math.floor(i / 3)] + (i % 3)]);
+  Object.assign(channel, { indices: Int32Array.from(kept), deltas });
+}
+
 const [source, target, fps] = process.argv.slice(2);
 const { glb, picture } = withoutImages(readFileSync(source));
 const gltf = await new GLTFLoader().parseAsync(glb, "");
@@ -75,7 +83,11 @@ scene.updateMatrixWorld(true);
 if (picture) scene.traverse((object) => object.isMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
 const exporter = new FBXExporter().register((plan) => {
   for (const [, entry] of plan.textures.textures) Object.assign(entry, { imageBytes: picture.bytes, extension: picture.extension, fileName: `texture.${picture.extension}` });
-  for (const stack of plan.animStacks) for (const node of stack.curveNodes) if (node.attrName === "R") steady(node.curves);
+  for (const stack of plan.animStacks) {
+    for (const node of stack.curveNodes) if (node.attrName === "R") steady(node.curves);
+    stack.curveNodes = stack.curveNodes.filter((node) => node.fbxProp !== "DeformPercent" || node.curves[0].values.some((value) => value !== 0));
+  }
+  for (const mesh of plan.meshes) for (const channel of mesh.morph?.channels ?? []) sparse(channel);
   scene.traverse((object) => (object.name = object.userData.name ?? object.name)); // three.js allows no colons in names
 });
 console.warn = () => {}; // that parseSync leaves pictures to the plug-in above

@@ -95,5 +95,5 @@ def continuous(quats: FloatArray, axis: int = 0) -> FloatArray:
     """Flip signs of quaternions (..., 4) so that neighbours along `axis` (time) are on the same side."""
     moved = np.moveaxis(quats, axis, 0)
     dots = (moved[1:] * moved[:-1]).sum(-1, keepdims=True)
-    signs = np.concatenate([np.ones_like(dots[:1]), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)])
+    signs = np.concatenate([np.ones_like(moved[:1, ..., :1]), np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)])
     return np.moveaxis(moved * signs, 0, axis)

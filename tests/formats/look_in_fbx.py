@@ -40,7 +40,15 @@ def clip(stack):
     for step in range(count):
         posed = held(scene.evaluate(held(stack.anim), step / 2 / fps))
         frames.append([transform(held(held(posed.find_node(name)).node_to_world)) for name in bones])
-    return {"seconds": stack.time_end - stack.time_begin, "frames": frames}
+    anim = held(stack.anim)
+    weights = {channel.name: [channel.evaluate_blend_weight(anim, step / fps) for step in range(count // 2 + 1)] for channel in channels}
+    return {"seconds": stack.time_end - stack.time_begin, "frames": frames, "weights": weights}
+
+
+def shape(channel):
+    """Which vertices a blend shape moves, and where to."""
+    target = held(channel.target_shape)
+    return [list(held(target.offset_vertices)), [vector(offset) for offset in held(target.position_offsets)]]
 
 
 axes = held(scene.settings.axes)
@@ -48,6 +56,7 @@ nodes = [held(node) for node in held(scene.nodes)]
 bones = [node.name for node in nodes if node.bone is not None]
 mesh = held(held(scene.meshes)[0])
 skin = held(held(mesh.skin_deformers)[0])
+channels = [held(channel) for channel in held(scene.blend_channels)]
 uv = held(mesh.vertex_uv)
 told = {
     "unit": scene.settings.unit_meters,
@@ -71,6 +80,7 @@ told = {
     ),
     "clips": {stack.name: clip(stack) for stack in map(held, held(scene.anim_stacks))},
     "bones": bones,
+    "shapes": {channel.name: shape(channel) for channel in channels},
 }  # fmt: skip
 with open(sys.argv[2], "w") as stream:
     json.dump(told, stream)

@@ -38,6 +38,7 @@ async function look() {
     firstPerson: vrm.firstPerson !== undefined && vrm.firstPerson !== null,
     duration: clip.duration,
     frames: window.given.times.map(shown),
+    lids: window.given.times.map((time) => { mixer.setTime(time); return vrm.expressionManager.getValue("blinkLeft"); }),
   };
   still();
   told.expressions = Object.fromEntries(window.given.expressions.map((name) => [name, smiling(name)]));

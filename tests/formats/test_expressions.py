@@ -8,20 +8,24 @@ import numpy as np
 import pytest
 
 from a2v import Character, InputError
-from a2v.animation import blinking, prepare_rig
+from a2v.animation import blinking, deform, express, prepare_rig
 from a2v.animation.expressions import BlinkSettings
 from a2v.formats import write_glb, write_usd
-from a2v.formats.gltf import VrmMeta, write_vrm
+from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import EXPRESSIONS
+from a2v.geometry.mesh import vertex_normals
+from pipelines.nodes.values import Poses
+from pipelines.rigs import RigOptions, write_avatar, write_rigged
 from tests.support.glb import Glb, validate
 
+SHUT = blinking(48, 24.0, BlinkSettings(seed=1))
 META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
 
 
-def morphed(file: Glb, name: str) -> np.ndarray:
+def morphed(file: Glb, name: str, attribute: str = "POSITION") -> np.ndarray:
     """Offsets (N, 3) of one morph target."""
     mesh = file.json["meshes"][0]
-    target = mesh["primitives"][0]["targets"][mesh["extras"]["targetNames"].index(name)]["POSITION"]
+    target = mesh["primitives"][0]["targets"][mesh["extras"]["targetNames"].index(name)][attribute]
     accessor = file.json["accessors"][target]
     sparse, dense = accessor["sparse"], np.zeros((accessor["count"], 3), np.float32)
     views = [file.json["bufferViews"][sparse[part]["bufferView"]]["byteOffset"] for part in ("indices", "values")]
@@ -47,6 +51,10 @@ def test_a_glb_has_every_expression_and_blinks(expressive: Character, validator:
         whole[vertices] = offsets
         np.testing.assert_array_equal(positions, expressive.surface.vertices)
         np.testing.assert_allclose(morphed(file, name), whole, atol=1e-7)
+        normals = file.array(file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]) + morphed(file, name, "NORMAL")
+        wanted = vertex_normals((expressive.surface.vertices + whole).astype(np.float64), expressive.surface.faces)
+        assert np.abs(normals - wanted).max() < 0.021  # smaller changes are left out
+        assert np.abs(morphed(file, name, "NORMAL")).max() > 0.1
     channel = next(one for one in file.json["animations"][0]["channels"] if one["target"]["path"] == "weights")
     table = file.array(file.json["animations"][0]["samplers"][channel["sampler"]]["output"]).reshape(48, 52)
     np.testing.assert_array_equal(table[:, face.names.index("eyeBlinkRight")], strengths["eyeBlinkRight"])
@@ -78,6 +86,55 @@ def test_vrm_has_its_presets(expressive: Character, validator: Path, tmp_path: P
     assert all(file.json["nodes"][bind["node"]]["mesh"] == 0 for bind in said["preset"]["aa"]["morphTargetBinds"])
 
 
+@pytest.mark.parametrize("rig", ["mixamo", "unreal"])
+def test_blinks_on_other_rigs(expressive: Character, validator: Path, tmp_path: Path, rig: str) -> None:
+    poses = Poses(bone_transforms=np.repeat(expressive.body.bone_transforms[None], 48, axis=0), fps=24.0, expressions=SHUT)
+    path, _ = write_rigged(tmp_path, expressive, poses, RigOptions(rig=rig), name="stand")
+    assert validate(path, validator)["errors"] == 0
+    file = Glb(path)
+    (channel,) = (one for one in file.json["animations"][0]["channels"] if one["target"]["path"] == "weights")
+    assert file.json["nodes"][channel["target"]["node"]]["mesh"] == 0
+    table = file.array(file.json["animations"][0]["samplers"][channel["sampler"]]["output"]).reshape(48, 52)
+    np.testing.assert_array_equal(table[:, file.json["meshes"][0]["extras"]["targetNames"].index("eyeBlinkLeft")], SHUT["eyeBlinkLeft"])
+
+
+def test_blinks_of_a_vrm_are_in_its_clips(expressive: Character, validator: Path, tmp_path: Path) -> None:
+    moves = np.repeat(expressive.body.bone_transforms[None], 48, axis=0)
+    _, path = write_avatar(
+        tmp_path / "a.vrm", expressive, {"stand": (moves, 24.0)}, META, expressions={"stand": {**SHUT, "jawOpen": SHUT["eyeBlinkLeft"]}}
+    )
+    report = validate(path, validator)
+    assert report["errors"] == 0, report["messages"]
+    file = Glb(path)
+    said = file.json["extensions"]["VRMC_vrm_animation"]["expressions"]
+    assert said["preset"].keys() == {"blinkLeft", "blinkRight"}
+    node = said["preset"]["blinkLeft"]["node"]
+    animation = file.json["animations"][0]
+    (sampler,) = (one["sampler"] for one in animation["channels"] if one["target"] == {"node": node, "path": "translation"})
+    np.testing.assert_array_equal(file.array(animation["samplers"][sampler]["output"])[:, 0], SHUT["eyeBlinkLeft"])
+    person, _ = prepare_rig(expressive, {}, rig="vrm")
+    with pytest.raises(InputError, match="'eyeBlinkLeft' of shape"):
+        write_vrma(path, person.body, person.body.bone_transforms[None], 24.0, strengths=SHUT)
+
+
+def test_usds_own_deformer_blinks(expressive: Character, tmp_path: Path) -> None:
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom, UsdSkel
+
+    turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    moves = np.repeat(expressive.body.bone_transforms[None].astype(np.float64), 48, axis=0)
+    moves[:, :, :3, :3], moves[:, :, :3, 3] = turn @ moves[:, :, :3, :3], moves[:, :, :3, 3] @ turn.T
+    write_usd(tmp_path / "a.usdc", expressive, {"turned": (moves, 24.0)}, expressions={"turned": SHUT})
+    stage = Usd.Stage.Open(str(tmp_path / "a.usdc"))
+    assert UsdSkel.BakeSkinning(UsdSkel.Root(stage.GetDefaultPrim()))
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/character/surface")).GetPointsAttr()
+    shut = int(SHUT["eyeBlinkLeft"].argmax())
+    for frame, strength in ((shut, 1.0), (0, 0.0)):
+        lids = dict.fromkeys(SHUT, strength)
+        wanted = express(expressive, deform(expressive, moves[frame]), moves[frame], lids)
+        np.testing.assert_allclose(np.array(points.Get(frame)), wanted, atol=2e-4)
+
+
 def test_usd_has_blend_shapes(expressive: Character, tmp_path: Path) -> None:
     pytest.importorskip("pxr")
     from pxr import Usd, UsdSkel
@@ -90,5 +147,10 @@ def test_usd_has_blend_shapes(expressive: Character, tmp_path: Path) -> None:
     assert face is not None
     place = list(binding.GetBlendShapesAttr().Get()).index("jawOpen")
     shape = UsdSkel.BlendShape(stage.GetPrimAtPath(binding.GetBlendShapeTargetsRel().GetTargets()[place]))
-    np.testing.assert_array_equal(np.array(shape.GetPointIndicesAttr().Get()), face.target("jawOpen")[0])
-    np.testing.assert_allclose(np.array(shape.GetOffsetsAttr().Get()), face.target("jawOpen")[1])
+    moved, offsets = face.target("jawOpen")
+    places = np.array(shape.GetPointIndicesAttr().Get())
+    own = np.isin(places, moved)
+    np.testing.assert_array_equal(places[own], moved)
+    np.testing.assert_allclose(np.array(shape.GetOffsetsAttr().Get())[own], offsets, atol=1e-7)
+    assert not np.array(shape.GetOffsetsAttr().Get())[~own].any()
+    assert np.linalg.norm(shape.GetNormalOffsetsAttr().Get(), axis=1).max() > 0.3

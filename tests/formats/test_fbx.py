@@ -24,13 +24,14 @@ from a2v.formats import fbx, read_motion
 from a2v.formats.fbx import find_node, write_fbx
 
 FPS = 10.0
+SHUT = {"eyeBlinkLeft": np.array([0, 0, 0.5, 1.0, 0.25, *[0.0] * 95], np.float32)}
 Person = tuple[Character, dict[str, tuple[np.ndarray, float]]]
 
 
 @pytest.fixture(scope="module")
-def person(character: Character, data_dir: Path) -> Person:
-    """Textured, on Mixamo's rig, with two clips."""
-    surface = character.surface
+def person(expressive: Character, data_dir: Path) -> Person:
+    """Textured, on Mixamo's rig, with expressions and two clips."""
+    character, surface = expressive, expressive.surface
     uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
     texture = np.random.default_rng(0).integers(0, 255, (32, 32, 3), dtype=np.uint8)
     textured = dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv, texture=texture))
@@ -60,7 +61,7 @@ def packages() -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def path(person: Person, packages: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     target = tmp_path_factory.mktemp("fbx") / "person.fbx"
-    write_fbx(target, *person)
+    write_fbx(target, *person, expressions={"walk": {name: shut[: len(person[1]["walk"][0])] for name, shut in SHUT.items()}})
     return target
 
 
@@ -130,6 +131,27 @@ def test_clips_move_as_ours(seen: dict[str, Any], person: Person) -> None:
         steps = np.linalg.norm(np.diff(heads[::2], axis=0), axis=-1).max()
         assert halves.max() < steps  # no bone leaps between keys
     assert seen["leap"] < 185  # degrees, or centimetres
+
+
+def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(seen: dict[str, Any], person: Person) -> None:
+    character = person[0]
+    face = character.surface.face
+    assert face is not None
+    assert set(seen["shapes"]) == set(face.names)
+    _, source = cKDTree(character.surface.vertices).query(np.array(seen["vertices"]) / 100)
+    for name in ("eyeBlinkLeft", "jawOpen"):
+        wanted = np.zeros_like(character.surface.vertices)
+        moved, offsets = face.target(name)
+        wanted[moved] = offsets
+        places, shifts = seen["shapes"][name]
+        assert len(places) < 0.5 * len(seen["vertices"])  # none of those that stay
+        found = np.zeros((len(source), 3))
+        found[places] = np.array(shifts) / 100
+        np.testing.assert_allclose(found, wanted[source], atol=1e-6)
+    strengths = seen["clips"]["walk"]["weights"]["eyeBlinkLeft"]
+    np.testing.assert_allclose(strengths, SHUT["eyeBlinkLeft"][: len(strengths)], atol=1e-5)
+    assert not np.any(seen["clips"]["walk"]["weights"]["jawOpen"])
+    assert not np.any(seen["clips"]["cartwheel"]["weights"]["eyeBlinkLeft"])
 
 
 def test_what_is_missing_or_wrong_is_told(character: Character, packages: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

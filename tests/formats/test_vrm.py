@@ -25,6 +25,10 @@ META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/
 PACKAGES = ("three@0.187.0", "@pixiv/three-vrm@3.5.5", "@pixiv/three-vrm-animation@3.5.5", "esbuild@0.28.2")
 
 
+def shut_at(frame: int, frames: int) -> np.ndarray:
+    return (np.arange(frames) == frame).astype(np.float32)
+
+
 @pytest.fixture(scope="module")
 def person(expressive: Character, data_dir: Path) -> tuple[Character, np.ndarray]:
     moves = retarget(read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10), expressive.body)
@@ -36,7 +40,8 @@ def person(expressive: Character, data_dir: Path) -> tuple[Character, np.ndarray
 def files(person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("vrm")
     write_vrm(folder / "ada.vrm", person[0], META)
-    write_vrma(folder / "walk.vrma", person[0].body, person[1], 10.0, name="walk")
+    lids = {"eyeBlinkLeft": shut_at(4, len(person[1]))}
+    write_vrma(folder / "walk.vrma", person[0].body, person[1], 10.0, name="walk", strengths=lids)
     return folder / "ada.vrm", folder / "walk.vrma"
 
 
@@ -95,7 +100,8 @@ def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path],
     assert "hips" in names
     assert "root" not in names
     moved = [channel["target"]["node"] for channel in clip["animations"][0]["channels"] if channel["target"]["path"] == "translation"]
-    assert moved == [clip["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"]["hips"]["node"]]
+    said = clip["extensions"]["VRMC_vrm_animation"]
+    assert moved == [said["humanoid"]["humanBones"]["hips"]["node"], said["expressions"]["preset"]["blinkLeft"]["node"]]
 
 
 @pytest.mark.slow
@@ -133,9 +139,9 @@ def test_three_vrm_moves_the_right_vertices(
     assert told["firstPerson"]
     assert told["duration"] == pytest.approx((len(moves) - 1) / 10, abs=1e-4)
     for frame, seen in zip(frames, told["frames"], strict=True):
-        np.testing.assert_allclose(seen, deform(character, moves[frame])[chosen], atol=2e-3)
-
-
+        moved = express(character, deform(character, moves[frame]), moves[frame], {"eyeBlinkLeft": float(frame == 4)})
+        np.testing.assert_allclose(seen, moved[chosen], atol=2e-3)
+    assert told["lids"] == pytest.approx([float(frame == 4) for frame in frames])
     rest = character.body.bone_transforms
     seen = face.target("eyeBlinkLeft")[0][::7]
     for name, strengths in (("blinkLeft", {"eyeBlinkLeft": 1.0}), ("aa", {"jawOpen": 0.6}), ("blinkRight", {"eyeBlinkRight": 1.0})):

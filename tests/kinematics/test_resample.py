@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from a2v.kinematics import HUMANACT12
-from a2v.kinematics.resample import frames_made, frames_needed, resample_motion
+from a2v.kinematics.resample import continuous, frames_made, frames_needed, resample_motion
 from tests.support.motions import random_clip
 
 
@@ -17,6 +17,12 @@ def test_resampling_keeps_shared_frames_and_bones() -> None:
     np.testing.assert_allclose(fast.joints[::3], motion.joints[::2], atol=1e-5)
     lengths = [np.linalg.norm(m.joints[:, 5] - m.joints[:, 2], axis=-1) for m in (motion, fast)]
     np.testing.assert_allclose(lengths[1], lengths[0][0], atol=1e-5)
+
+
+def test_a_single_frame_is_its_own_neighbour() -> None:
+    quats = np.eye(4)[None]
+    np.testing.assert_array_equal(continuous(quats), quats)
+    np.testing.assert_array_equal(continuous(np.concatenate([quats, -quats])), np.concatenate([quats, quats]))
 
 
 def test_a_start_from_rest_overshoots_little() -> None:

@@ -58,7 +58,7 @@ def face_patch() -> Patch:
     front = np.flatnonzero(visible & skin_faces & (rest[faces].mean(axis=1)[:, 1] > 0.6))
     inside = _within(rest, faces, front)
     own = skin_faces & inside[faces].all(axis=1)
-    own = _single_rim(faces, own)
+    own = single_rim(faces, own)
     rim = border_loops(faces[own])
     extra = faces[faces.min(axis=1) >= SKIN.stop]
     rows = teeth()
@@ -120,21 +120,21 @@ def _flood(faces: IntArray, allowed: BoolArray, seeds: IntArray) -> IntArray:
     return np.flatnonzero(np.isin(label, np.unique(label[seeds[allowed[seeds]]])) & allowed)
 
 
-def _single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
-    """Faces (F,) bool of the largest piece without corners at which its border meets itself."""
+def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
+    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one edge and without corners where its border meets itself."""
     own = own.copy()
-    for _ in range(50):
+    base = int(faces.max()) + 1
+    for _ in range(60):
         own = largest_piece(faces, own)
-        ends = border_edges(faces[own])
-        vertices, count = np.unique(ends[:, 0], return_counts=True)
-        pinched = vertices[count > 1]
-        # ears: faces that hang on by one edge
-        edge = set(map(tuple, ends))
-        ears = np.array([sum((a, b) in edge for a, b in ((f[0], f[1]), (f[1], f[2]), (f[2], f[0]))) >= 2 for f in faces[own]])
-        if not len(pinched) and not ears.any():
-            return own
         chosen = np.flatnonzero(own)
-        own[chosen[ears | np.isin(faces[chosen], pinched).any(axis=1)]] = False
+        kept = faces[chosen]
+        ends = border_edges(kept)
+        vertices, count = np.unique(ends[:, 0], return_counts=True)
+        free = sum(np.isin(kept[:, a] * base + kept[:, b], ends[:, 0] * base + ends[:, 1]).astype(int) for a, b in ((0, 1), (1, 2), (2, 0)))
+        bad = (free >= 2) | np.isin(kept, vertices[count > 1]).any(axis=1)
+        if not bad.any():
+            return own
+        own[chosen[bad]] = False
     return own
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.geometry.mesh import border_edges, border_loops
-from a2v.reconstruction.face.patch import Patch, largest_piece
+from a2v.geometry.mesh import border_loops
+from a2v.reconstruction.face.patch import Patch, single_rim
 from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 _REACH = 0.06
@@ -39,8 +39,7 @@ def cut_and_sew(
     """
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     covered = _covered(vertices, bent, body_faces, patch)
-    staying = ~covered[faces].any(axis=1)
-    staying = _clean(faces, staying)
+    staying = single_rim(faces, ~covered[faces].any(axis=1))
     kept = np.unique(faces[staying])
     nothing = None, faces, kept, np.zeros(0, np.int64)
     loops = border_loops(faces[staying])
@@ -71,27 +70,6 @@ def _covered(vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch
     covered = np.zeros(len(vertices), bool)
     covered[ids] = patch.within[on] | (to_rim < _GAP)
     return covered
-
-
-def _clean(faces: IntArray, staying: BoolArray) -> BoolArray:
-    """Faces (F,) bool of the largest piece, with a border that nowhere meets itself; small holes beside the large one are joined to it by closing."""
-    staying = staying.copy()
-    for _ in range(60):
-        staying = largest_piece(faces, staying)
-        ends = border_edges(faces[staying])
-        vertices, count = np.unique(ends[:, 0], return_counts=True)
-        pinched = vertices[count > 1]
-        edge = np.isin(faces[staying], vertices).sum(axis=1) == 3
-        base = int(faces.max()) + 1
-        keys = ends[:, 0] * base + ends[:, 1]
-        chosen = np.flatnonzero(staying)
-        own = faces[chosen]
-        free = sum(np.isin(own[:, a] * base + own[:, b], keys).astype(int) for a, b in ((0, 1), (1, 2), (2, 0)))
-        bad = (edge & (free >= 2)) | np.isin(own, pinched).any(axis=1)
-        if not bad.any():
-            return staying
-        staying[chosen[bad]] = False
-    return staying
 
 
 def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:

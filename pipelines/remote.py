@@ -67,9 +67,7 @@ class Remote:
             hint = f"pip install 'a2v[{extra}]'" if extra else shorten(error, 120)
             raise MissingDependencyError(f"the store {self.url} needs a plug-in of fsspec: {hint}") from error
         except Exception as error:  # each plug-in raises kinds of its own for an address that is none
-            raise InputError(
-                f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL such as s3://bucket/folder"
-            ) from error
+            raise InputError(f"the store {self.url} cannot be opened ({shorten(error, 120)}); expected a URL such as s3://bucket/folder") from error
         return files, root
 
     def exists(self, key: str) -> bool:

@@ -21,6 +21,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from a2v.animation import deform
+from a2v.body.face import face_landmarks
 from a2v.io import atomic_path
 from a2v.perception.face import FaceDetector
 from a2v.reconstruction import surface_sheet
@@ -123,22 +124,42 @@ def face_sheet(photo: Path, *, size: int) -> np.ndarray:
         shown = dataclasses.replace(surface, vertices=vertices, face=None)
         for row, azimuth in zip(rows, (0.0, 45.0), strict=True):
             row.append(preview_surface(shown, azimuth=azimuth, size=size, center=middle, extent=extent))
-    _measure(photo.stem, surface, subject.face, lambda points: (points - [u, v]) * size / (2 * half) + size / 2, rows[0][1])
+    _measure(photo.stem, surface, camera, subject.face, lambda points: (points - [u, v]) * size / (2 * half) + size / 2, rows[0][1])
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def _measure(name: str, surface: Surface, landmarks: np.ndarray, shown: Callable[[np.ndarray], np.ndarray], picture: np.ndarray) -> None:
-    """What the detector sees on the neutral picture against what it saw on the photo."""
+def _measure(
+    name: str,
+    surface: Surface,
+    camera: OrthographicCamera,
+    landmarks: np.ndarray,
+    shown: Callable[[np.ndarray], np.ndarray],
+    picture: np.ndarray,
+) -> None:
+    """Where the surface has the landmarks, and where the detector sees them on the neutral picture, against where it saw them on the photo."""
+    face = surface.face
+    assert face is not None
+    corners, weights = face_landmarks()
+    place = np.full(int(corners.max()) + 1, -1)
+    own = (face.kinds == 0) & (face.twins <= corners.max())
+    place[face.twins[own]] = face.patch[own]
+    lying = camera.project(np.einsum("kc,kcd->kd", weights, surface.vertices[place[corners]].astype(np.float64)))
+    _tell(name, "placed", lying, landmarks[:, :2], (place[corners] >= 0).all(axis=1))
     with FaceDetector() as detector:
         found = detector.one(np.asarray(Image.fromarray(picture).resize((512, 512), Image.Resampling.LANCZOS)))
     if found is None:
         print(f"{name}: the detector sees no face on the character")
         return
     asked, seen = shown(landmarks[:, :2].astype(np.float64)), found[:, :2] * len(picture) / 512
-    unit = 512 / float(np.ptp(asked[:, 1]))
-    said = [f"{part} {np.median(away):.1f} ({away.max():.1f})" for part, ids in PLACED.items()
-            for away in [unit * np.linalg.norm(seen[list(ids)] - asked[list(ids)], axis=1)]]  # fmt: skip
-    print(f"{name}: off by {', '.join(said)} px, median (most); the photo's face has {512 / unit:.0f} px here")
+    _tell(name, "detected again", seen, asked, np.ones(len(seen), bool))
+
+
+def _tell(name: str, how: str, seen: np.ndarray, asked: np.ndarray, known: np.ndarray) -> None:
+    """Print how far landmarks (478, 2) are from those asked for, in pixels of a face of 512."""
+    away = 512 / float(np.ptp(asked[:, 1])) * np.linalg.norm(seen - asked, axis=1)
+    parts = {part: away[[index for index in ids if known[index]]] for part, ids in PLACED.items()}
+    said = (f"{part} {np.median(own):.1f} ({own.max():.1f})" for part, own in parts.items() if len(own))
+    print(f"{name}, {how}: off by {', '.join(said)} px, median (most), of a face of 512")
 
 
 def main() -> int:

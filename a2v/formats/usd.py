@@ -69,15 +69,11 @@ def write_usd(
         raise InputError(f"cannot write {target}; expected a name that ends in {', '.join(SUFFIXES)}")
     checked = check_clips(clips, len(character.body.bone_names))
     tables = strength_tables(character.surface.face, checked, expressions)
-    try:
-        from pxr import Usd, UsdUtils
-    except ImportError as error:
-        raise MissingDependencyError("USD needs the package usd-core; install it with: pip install 'a2v[usd]'") from error
+    _check_installed()
+    from pxr import Usd, UsdUtils
+
     packed = target.suffix.lower() == ".usdz"
-    texture = None
-    if character.surface.uv is not None and character.surface.texture is not None:
-        data, kind = encode_texture(character.surface.texture, jpeg_quality)
-        texture = f"{'' if packed else target.stem + '_'}texture{'.jpg' if kind == 'image/jpeg' else '.png'}", data
+    texture = _texture_file(character.surface, "" if packed else f"{target.stem}_", jpeg_quality)
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / f"{target.stem if packed else 'scene'}{'.usdc' if packed else target.suffix.lower()}"
         stage = Usd.Stage.CreateNew(str(scene))
@@ -90,11 +86,26 @@ def write_usd(
                 if not UsdUtils.CreateNewUsdzPackage(str(scene), str(temporary)):
                     raise InputError(f"cannot write {target}: USD refused to make the package")
             return
-        if texture is not None:
-            with atomic_path(target.with_name(texture[0])) as temporary:
-                temporary.write_bytes(texture[1])
-        with atomic_path(target) as temporary:
-            temporary.write_bytes(scene.read_bytes())
+        beside = {} if texture is None else {target.with_name(texture[0]): texture[1]}
+        for path_of, data in (beside | {target: scene.read_bytes()}).items():
+            with atomic_path(path_of) as temporary:
+                temporary.write_bytes(data)
+
+
+def _check_installed() -> None:
+    """Raise a `MissingDependencyError` where USD is not installed."""
+    try:
+        import pxr  # noqa: F401
+    except ImportError as error:
+        raise MissingDependencyError("USD needs the package usd-core; install it with: pip install 'a2v[usd]'") from error
+
+
+def _texture_file(surface: Surface, begin: str, quality: int) -> tuple[str, bytes] | None:
+    """Name, which begins with `begin`, and bytes of a surface's texture; None without one."""
+    if surface.uv is None or surface.texture is None:
+        return None
+    data, kind = encode_texture(surface.texture, quality)
+    return f"{begin}texture{'.jpg' if kind == 'image/jpeg' else '.png'}", data
 
 
 def _identifier(text: str) -> str:

@@ -23,22 +23,7 @@ from pipelines.store import Store
 RECORD = "job.json"
 THUMBNAIL = "thumbnail.jpg"
 _MAX_RECORD_BYTES = 1 << 20
-_COLUMNS = (
-    "folder",
-    "status",
-    "name",
-    "photo",
-    "action",
-    "model",
-    "motion",
-    "seed",
-    "frames",
-    "views",
-    "size",
-    "seconds",
-    "problem",
-    "notes",
-)
+_COLUMNS = ("folder", "status", "name", "photo", "action", "model", "motion", "seed", "frames", "views", "size", "seconds", "problem", "notes")
 
 
 def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, Any]:
@@ -134,12 +119,7 @@ def _page(rows: list[dict[str, Any]]) -> str:
 def _line(record: Mapping[str, Any]) -> str:
     folder = urllib.parse.quote(record["folder"])
     what = record.get("action") or Path(str(record.get("motion", ""))).name
-    told = (
-        record["name"] or record["folder"],
-        Path(str(record.get("photo", ""))).name,
-        what,
-        *(record.get(n, "") for n in ("seed", "frames", "views")),
-    )
+    told = (record["name"] or record["folder"], Path(str(record.get("photo", ""))).name, what, *(record.get(n, "") for n in ("seed", "frames", "views")))
     cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in told)
     if record["status"] == "failed":
         return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'

@@ -80,13 +80,7 @@ def read_rows(path: str | os.PathLike[str], motion: MotionOptions, look: LookOpt
     found = list(_csv_rows(text, source) if source.suffix.lower() == ".csv" else _yaml_rows(text, source))
     if not found:
         raise InputError(f"{source} names no jobs; expected a row for every video, with at least the columns photo and action")
-    known = {
-        "name",
-        "photo",
-        "mask",
-        "keypoints",
-        *(item.name for kind in (MotionOptions, LookOptions) for item in dataclasses.fields(kind)),
-    }
+    known = {"name", "photo", "mask", "keypoints", *(item.name for kind in (MotionOptions, LookOptions) for item in dataclasses.fields(kind))}
     if unknown := sorted({name for given in found for name in given} - known):
         raise InputError(f"{source} has the unknown column '{shorten(unknown[0], 60)}'; the columns are {', '.join(sorted(known))}")
     return [_row(number, given, source.parent, motion, look) for number, given in enumerate(found, 1)]
@@ -102,9 +96,7 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         for number, row in enumerate(reader, 1):
             _check_count(number, source)
             if None in row:
-                raise InputError(
-                    f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas"
-                )
+                raise InputError(f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas")
             given = {name: value.strip() for name, value in row.items() if value is not None and value.strip()}
             if given:
                 yield dict(given)
@@ -178,6 +170,4 @@ def _value(name: str, text: str, hint: Any) -> object:
         return int(text)
     if kind is float and re.fullmatch(r"[+-]?\d{1,18}(\.\d{0,18})?", text, re.ASCII):
         return float(text)
-    raise InputError(
-        f"{name} is '{shorten(text, 60)}'; expected {dict.fromkeys([int], 'a whole number').get(kind, 'yes or no' if kind is bool else 'a number')}"
-    )
+    raise InputError(f"{name} is '{shorten(text, 60)}'; expected {dict.fromkeys([int], 'a whole number').get(kind, 'yes or no' if kind is bool else 'a number')}")

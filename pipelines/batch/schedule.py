@@ -169,9 +169,7 @@ class Schedule:
             result: Result = future.result()
         except (CancelledError, Exception) as error:
             if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in ("KilledWorker", "WorkerCrashedError"):
-                raise _ClusterLostError(
-                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there"
-                ) from error
+                raise _ClusterLostError(f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there") from error
             del flying[future]
             self._losses[task.key] += 1
             if self._losses[task.key] < LOSSES:

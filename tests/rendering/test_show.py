@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import html
 import re
 import subprocess
@@ -10,11 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import a2v
 from a2v import Character, InputError, Motion
+from a2v.animation import deform
 from a2v.motion import MotionModel
 from a2v.rendering import write_video
+from a2v.rendering.lighter import lighter
 from a2v.rendering.show import View, stick_mesh
 from tests.support.page import find_browser, opened
 
@@ -50,6 +54,28 @@ def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tm
         a2v.show(3)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="not a binary glTF"):
         a2v.show(b"something")
+
+
+def test_a_small_copy_looks_and_moves_like_the_whole(character: Character) -> None:
+    surface = character.surface
+    uv = surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]
+    picture = np.broadcast_to(np.linspace(0, 255, 1024).astype(np.uint8)[:, None, None], (1024, 1024, 3))  # dark above
+    person = dataclasses.replace(character, surface=dataclasses.replace(surface, uv=uv.astype(np.float32), texture=picture))
+    light = lighter(person, triangles=3000, texture=256)
+    assert 2000 < len(light.surface.faces) <= 3000
+    assert light.surface.texture is not None
+    assert light.surface.texture.shape == (256, 256, 3)
+    turn = character.body.bone_transforms.copy()
+    turn[:, :3, :3], turn[:, :3, 3] = turn[:, :3, :3] @ np.eye(3), turn[:, :3, 3] + [0.3, 0, 0]
+    far, _ = cKDTree(deform(person, turn)).query(deform(light, turn))
+    assert np.quantile(far, 0.95) < 0.02
+    assert light.surface.uv is not None
+    np.testing.assert_allclose(
+        light.surface.uv[..., 1], 0.5 * light.surface.vertices[light.surface.faces][..., 1], atol=0.01
+    )  # the same texels
+    whole, small = (len(a2v.show(person, small=small).page) for small in (False, True))
+    assert small < whole / 2
+    assert lighter(light, triangles=3000, texture=256).surface.vertices is light.surface.vertices
 
 
 def test_a_stick_figure_has_the_motions_joints(walk: Motion) -> None:

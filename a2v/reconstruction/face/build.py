@@ -179,7 +179,7 @@ def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     shrunk[:, 2] -= 0.003
     shrunk[:, 1] += np.where(np.arange(len(shrunk)) < len(shrunk) // 2, _UPPER_UP, -_LOWER_DOWN)
     placed = np.concatenate([shrunk, np.ones((len(shrunk), 1))], axis=1) @ affine
-    posed[TONGUE] += turns[TONGUE] @ np.array([0.0, -0.002, -0.008])  # the model's tongue shows between its lips
+    posed[TONGUE] += turns[TONGUE] @ np.array([0.0, -0.006, -0.008])  # the model's tongue shows between its lips, and fills an open mouth
     return np.concatenate([posed, placed]), np.concatenate([turns, np.tile(turns[near].mean(axis=0), (len(placed), 1, 1))])
 
 

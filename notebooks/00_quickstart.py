@@ -134,6 +134,7 @@ plt.plot(path[:, 0], path[:, 2])
 plt.gca().set(xlabel="x, m", ylabel="z, m", title="path of the pelvis over the ground")
 plt.axis("equal")
 print(f"{poses.bone_transforms.shape[0]} frames of {len(character.body.bone_names)} bones at {poses.fps:g} fps")
+a2v.show(character, {ACTION: (poses.bone_transforms, poses.fps)}, height=420, small=True)  # drag to turn; a copy of few triangles
 
 # %% [markdown]
 # ## Frames

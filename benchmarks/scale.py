@@ -1,11 +1,11 @@
 """What many videos cost: a small batch measured here, and a simulation of the scheduler on its times.
 
-    python -m benchmarks.scale --folder out/scale --people 2 --actions 3 --frames 8 --size 128
+    python -m benchmarks.scale --folder out/scale --people 50 --actions 3 --frames 8 --size 128 --light
     python -m benchmarks.scale --simulate
     python -m benchmarks.scale --folder out/scale --nodes 10000
 
-The first makes a batch on one worker with every request to the object store counted, then again on `--workers` with an empty store, and compares
-the second with its simulation. The second simulates a thousand people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are all remembered:
+The first makes a batch of `--sample` people on one worker with every request to the object store counted, then one of `--people` on `--workers` with
+an empty store, and compares its time with simulations from the sample's times of tasks and from its own. The second simulates a thousand people with ten actions each from `DEFAULTS`. The third asks for a graph of so many nodes that are all remembered:
 what the engine takes for a node.
 """
 
@@ -76,32 +76,40 @@ def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str,
 
 def measure(given: argparse.Namespace) -> dict[str, Any]:
     """Make a batch one by one, count its requests, and again on several workers; compare with the simulation."""
-    from benchmarks.faults import ACTIONS, write_jobs
+    from PIL import Image
+
+    from benchmarks.faults import ACTIONS, LIGHT, SAMPLE, write_jobs
     from pipelines.batch.results import write_job
-    from pipelines.batch.rows import read_rows
+    from pipelines.batch.rows import Row, read_rows
     from pipelines.batch.schedule import Schedule
     from pipelines.batch.tasks import Job, Planner, Result, Task
     from pipelines.graph import video_graph
     from pipelines.inputs import LookOptions, MovingStages, RunOptions
     from pipelines.motion_options import MotionOptions
+    from pipelines.options import parse
     from pipelines.remote import Remote
     from pipelines.store import Store
 
-    photos = write_jobs(given.folder, 2, given.people).parent
+    photos = write_jobs(given.folder, 2, 1).parent
+    for number in range(given.people):
+        Image.open(SAMPLE).point(lambda value, more=number: min(value + more, 255)).save(photos / f"p{number}.png")
     rows = [f"p{p}.png,{ACTIONS[a]}" for p in range(given.people) for a in range(given.actions)]
     (photos / "jobs.csv").write_text("\n".join(["photo,action", *rows, ""]))
     read = read_rows(photos / "jobs.csv", MotionOptions(frames=given.frames), LookOptions(views="front", size=given.size, spp=1))
+    few = read[: given.sample * given.actions]
+    words = list(map(str, LIGHT)) if given.light else []
+    stages = parse(MovingStages, words, command="scale", about="people", examples="") if words else MovingStages()
     requests: Counter[str] = Counter()
     sent: Counter[str] = Counter()
     now = ["person"]
     for name in ("exists", "fetch", "put"):
         _count(Remote, name, requests, sent, now)
 
-    def go(name: str, executor: str, workers: int) -> tuple[float, dict[str, list[float]], float]:
+    def go(name: str, rows: list[Row], executor: str, workers: int) -> tuple[float, dict[str, list[float]], float]:
         private = [step.node.name for step in video_graph() if "t" in step.axes]
         store = Store(f"file://{given.folder.absolute()}/objects-{name}", private)
-        planner = Planner(store, MovingStages())
-        jobs: dict[str, Job] = {job.tasks[-1].key: job for job in map(planner.job, read)}
+        planner = Planner(store, stages)
+        jobs: dict[str, Job] = {job.tasks[-1].key: job for job in map(planner.job, rows)}
         spent: dict[str, list[float]] = {"person": [], "motion": [], "video": []}
         writing = [0.0]
 
@@ -126,18 +134,21 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
         plan.run(order.values())
         return time.perf_counter() - begun, spent, writing[0] / len(jobs)
 
-    counts = {"person": given.people, "motion": given.actions, "video": len(rows)}
-    alone, spent, driver = go("alone", "serial", 1)
+    def costs(of: dict[str, list[float]], workers: int) -> float:
+        each = tuple(sum(values) / len(values) for values in of.values())
+        return simulate(given.people, given.actions, workers, Costs(each, (0, 0, 0), (0, 0, 0), driver, 0.0))["hours"] * 3600
+
+    counts = {"person": len(few) // given.actions, "motion": given.actions, "video": len(few)}
+    alone, spent, driver = go("alone", few, "serial", 1)
     per_kind = {kind: (round(requests[kind] / counts[kind]), round(sent[kind] / counts[kind] / 1e6, 3)) for kind in counts}
-    wall, together, _ = go("together", "local", given.workers)
-    mean = tuple(sum(together[kind]) / counts[kind] for kind in counts)
-    costs = Costs(mean, (0, 0, 0), (0, 0, 0), driver, 0.0)
-    foretold = simulate(given.people, given.actions, given.workers, costs)["hours"] * 3600
+    wall, together, _ = go("together", read, "local", given.workers)
     return {
-        "people": given.people, "actions": given.actions, "frames": given.frames, "size": given.size,
+        "people": given.people, "actions": given.actions, "frames": given.frames, "size": given.size, "light": given.light,
         "seconds alone": {kind: [round(value, 2) for value in values] for kind, values in spent.items()}, "wall alone": round(alone, 1),
         "requests and MB sent each": per_kind, "driver seconds a video": round(driver, 3),
-        "workers": given.workers, "wall": round(wall, 1), "wall as simulated": round(foretold, 1),
+        "mean seconds together": {kind: round(sum(values) / len(values), 2) for kind, values in together.items()},
+        "workers": given.workers, "wall": round(wall, 1), "wall as simulated from the sample": round(costs(spent, given.workers), 1),
+        "wall as simulated from its own times": round(costs(together, given.workers), 1),
     }  # fmt: skip
 
 
@@ -177,6 +188,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--people", type=int, default=2)
+    parser.add_argument("--sample", type=int, default=2)
+    parser.add_argument("--light", action="store_true", help="people at small settings")
     parser.add_argument("--actions", type=int, default=3)
     parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--size", type=int, default=128)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -23,7 +23,11 @@ from pipelines.progress import memory_of_family
 from pipelines.store import Store
 
 LOSSES = 6
-"""A task whose worker died this often has failed."""
+"""A task whose worker died this often has failed, unless workers die as readily of whatever they do."""
+_CHANCE = 3.0
+"""Times as often as others in the same time in flight that a task may lose its worker beyond `LOSSES`."""
+_MOST_LOSSES = 100
+"""So often at most."""
 WAIT_FOR_CLUSTER = 180.0
 """Seconds within which a lost scheduler has to be there again."""
 _PRIOR: Mapping[Kind, float] = {"person": 25.0, "motion": 1.0, "video": 120.0}
@@ -52,6 +56,25 @@ class Watch:
         """Seconds to the end, from the mean time of what was computed so far."""
         each = {kind: self.seconds[kind] / self.done[kind] if self.done[kind] else _PRIOR[kind] for kind in self.left}
         return sum(count * each[kind] for kind, count in self.left.items()) / max(self.workers, 1)
+
+
+@dataclass
+class Losses:
+    """Which tasks lost their workers, and whether that is theirs or the machines' fault: by losses in the time that tasks were out."""
+
+    lost: Counter[str] = field(default_factory=Counter)
+    seconds: dict[str, float] = field(default_factory=lambda: defaultdict(float))
+
+    def flew(self, key: str, seconds: float, *, lost: bool) -> None:
+        """Count a flight of a task."""
+        self.lost[key] += lost
+        self.seconds[key] += seconds
+
+    def hopeless(self, key: str) -> bool:
+        """Whether a task has died too often, and much more often than others did in as long a time."""
+        lost, seconds = self.lost[key], self.seconds[key]
+        others = (self.lost.total() - lost) / max(sum(self.seconds.values()) - seconds, 1.0)
+        return lost >= min(LOSSES + _CHANCE * others * seconds, _MOST_LOSSES)
 
 
 class SeparateWorkers(Executor):
@@ -107,7 +130,8 @@ class Schedule:
         self._missing: dict[str, int] = {}
         self._ready: deque[Task] = deque()
         self._over: dict[str, Result] = {}
-        self._losses: Counter[str] = Counter()
+        self._losses = Losses()
+        self._begun: dict[str, float] = {}
         self._largest = 0
         self.watch = Watch()
 
@@ -154,6 +178,7 @@ class Schedule:
                         self._finish(task, known)
                         self._tick(self.watch)
                     else:
+                        self._begun[task.key] = time.monotonic()
                         flying[pool.submit(perform, task, self._store, own_likeness())] = task
                 if not flying:
                     continue
@@ -171,13 +196,15 @@ class Schedule:
             if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in ("KilledWorker", "WorkerCrashedError"):
                 raise _ClusterLostError(f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there") from error
             del flying[future]
-            self._losses[task.key] += 1
-            if self._losses[task.key] < LOSSES:
+            self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=True)
+            if not self._losses.hopeless(task.key):
                 self._ready.appendleft(task)
                 return
-            result = Result(problem=f"its worker died {LOSSES} times, most likely because the memory was used up; take fewer --workers")
+            often = self._losses.lost[task.key]
+            result = Result(problem=f"its worker died {often} times, most likely because the memory was used up; take fewer --workers")
         else:
             del flying[future]
+            self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=False)
         if result.strange:
             raise _StrangeWorkerError(result.problem)
         self._largest = max(self._largest, result.peak_memory)

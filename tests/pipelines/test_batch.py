@@ -183,3 +183,26 @@ def test_workers_of_their_own_are_used_again():
         assert pool.submit(os.getpid).result() != first
     finally:
         pool.shutdown()
+
+
+def test_a_task_is_given_up_when_it_dies_more_often_than_others_not_where_all_do():
+    alone, among, two = schedule.Losses(), schedule.Losses(), schedule.Losses()
+    for number in range(schedule.LOSSES):
+        assert not alone.hopeless("a")
+        alone.flew("a", 20.0, lost=True)
+        alone.flew(f"b{number}", 200.0, lost=False)
+    assert alone.hopeless("a")
+    for number in range(12):  # workers are killed whatever they do
+        among.flew("a", 60.0, lost=True)
+        among.flew(f"b{number}", 60.0, lost=True)
+        assert not among.hopeless("a")
+    for _ in range(schedule.LOSSES + 2):  # two that use up the memory among many that do not
+        two.flew("a", 10.0, lost=True)
+        two.flew("b", 10.0, lost=True)
+        for number in range(10):
+            two.flew(f"c{number}", 10.0, lost=False)
+    assert two.hopeless("a")
+    assert two.hopeless("b")
+    for _ in range(200):
+        among.flew("a", 1e6, lost=True)
+    assert among.hopeless("a")

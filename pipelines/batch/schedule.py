@@ -25,9 +25,7 @@ from pipelines.store import Store
 LOSSES = 6
 """A task whose worker died this often has failed, unless workers die as readily of whatever they do."""
 _CHANCE = 3.0
-"""Times as often as others in the same time in flight that a task may lose its worker beyond `LOSSES`."""
-_MOST_LOSSES = 100
-"""So often at most."""
+"""Times as often as others in the same time in flight that a task may lose its worker beyond `LOSSES`; not oftener than all others together."""
 WAIT_FOR_CLUSTER = 180.0
 """Seconds within which a lost scheduler has to be there again."""
 _PRIOR: Mapping[Kind, float] = {"person": 25.0, "motion": 1.0, "video": 120.0}
@@ -73,8 +71,9 @@ class Losses:
     def hopeless(self, key: str) -> bool:
         """Whether a task has died too often, and much more often than others did in as long a time."""
         lost, seconds = self.lost[key], self.seconds[key]
-        others = (self.lost.total() - lost) / max(sum(self.seconds.values()) - seconds, 1.0)
-        return lost >= min(LOSSES + _CHANCE * others * seconds, _MOST_LOSSES)
+        others = self.lost.total() - lost
+        expected = others / max(sum(self.seconds.values()) - seconds, 1.0) * seconds
+        return lost >= LOSSES + min(_CHANCE * expected, others)
 
 
 class SeparateWorkers(Executor):

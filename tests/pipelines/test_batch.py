@@ -196,7 +196,7 @@ def test_a_task_is_given_up_when_it_dies_more_often_than_others_not_where_all_do
         among.flew("a", 60.0, lost=True)
         among.flew(f"b{number}", 60.0, lost=True)
         assert not among.hopeless("a")
-    for _ in range(schedule.LOSSES + 2):  # two that use up the memory among many that do not
+    for _ in range(schedule.LOSSES + 4):  # two that use up the memory among many that do not
         two.flew("a", 10.0, lost=True)
         two.flew("b", 10.0, lost=True)
         for number in range(10):

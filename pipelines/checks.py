@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from a2v.errors import A2VError
-from a2v.formats.fbx import can_write, install_command
+from a2v.formats import fbx
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
@@ -192,7 +192,12 @@ EXTRAS = {
 
 def check_extras() -> Iterator[Check]:
     """Which optional parts are installed."""
+    from a2v.motion import page
+
     for extra, (module, about) in EXTRAS.items():
-        there = can_write() if extra == "fbx" else importlib.util.find_spec(module) is not None
-        advice = "Node 18 (or pip install 'a2v[fbx]'), then: " + install_command() if extra == "fbx" else f"pip install 'a2v[{extra}]'"
+        there = fbx.can_write() if extra == "fbx" else importlib.util.find_spec(module) is not None
+        node = "Node 18 (or pip install 'a2v[fbx]'), then: "
+        advice = f"{node}{fbx.PACKAGES.install_command}" if extra == "fbx" else f"pip install 'a2v[{extra}]'"
         yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else advice)
+    about, there = "a2v motion --page: motions made in the browser", page.PACKAGES.installed
+    yield Check(name="page", status="works" if there else "missing", about=about, advice="" if there else page.PACKAGES.install_command)

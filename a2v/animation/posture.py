@@ -32,7 +32,7 @@ _TABLES: dict[str, dict[str, float]] = {
 frames (`scripts/fit_posture.py` measures them again, within 4 degrees). "lean", "neck", "dip" and "knee" as in `Posture`; "spine1 below" and "above": forward lean from the middle of the hips
 to that joint, and from there to the middle of the shoulders."""
 
-_SOFT_KNEE = 12.0
+SOFT_KNEE = 12.0
 """Degrees of bend that may be the skeleton's in unknown skeletons, over the bend of their rest pose: chosen by eye."""
 
 
@@ -77,7 +77,7 @@ def standing_posture(motion: Motion) -> Posture:
             back={joint: (_forward(table[f"{joint} below"]), _forward(table[f"{joint} above"])) for joint in joints},
             neck=_forward(table["neck"]) if "neck" in table else None,
             dip=table.get("dip"),
-            knee=table.get("knee", _SOFT_KNEE),
+            knee=table.get("knee", SOFT_KNEE),
         )
     hips, shoulders = (0.5 * (rest[f"left_{joint}"] + rest[f"right_{joint}"]) for joint in ("hip", "shoulder"))
     dips, knees = [], []
@@ -90,7 +90,7 @@ def standing_posture(motion: Motion) -> Posture:
         back={name: (point - hips, shoulders - point) for name, point in rest.items() if name.startswith("spine")},
         neck=rest["head"] - rest["neck"] if "head" in rest and "neck" in rest else None,
         dip=float(np.mean(dips)) if dips else None,
-        knee=float(np.mean(knees)) + _SOFT_KNEE,
+        knee=float(np.mean(knees)) + SOFT_KNEE,
     )
 
 

@@ -1,7 +1,7 @@
 """FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in centimetres.
 
 `fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's exporter, run by Node. Both come from npm, once,
-by the command in `INSTALL`; here nothing is downloaded.
+by the command that `a2v doctor` prints; here nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from pathlib import Path
 from a2v.errors import A2VError, MissingDependencyError
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
-from a2v.io import atomic_path, shorten, user_cache_folder
+from a2v.io import atomic_path, shorten
+from a2v.npm import NpmPackages
 from a2v.types import Character
 
 WRITER = Path(__file__).with_name("fbx_writer.mjs")
-PACKAGES = ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1")
+PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1"))
 """What the script imports, MIT both: three.js reads GLB as browsers do, Comfy's is the one kept exporter of skins and clips for it."""
 
 SECONDS = 300
@@ -40,24 +41,9 @@ def find_node() -> str | None:
     return shutil.which("node")
 
 
-def package_folder() -> Path:
-    """Where the npm packages lie: $A2V_FBX, or a folder of the user's cache."""
-    chosen = os.environ.get("A2V_FBX")
-    return Path(chosen) if chosen else (user_cache_folder() or Path.cwd()) / "fbx"
-
-
-def install_command() -> str:
-    """What installs the npm packages."""
-    return f"npm install --prefix {package_folder()} {' '.join(PACKAGES)}"
-
-
 def can_write() -> bool:
     """Whether Node and the packages are there."""
-    return find_node() is not None and _modules().is_dir()
-
-
-def _modules() -> Path:
-    return package_folder() / "node_modules"
+    return find_node() is not None and PACKAGES.installed
 
 
 def write_fbx(
@@ -90,13 +76,12 @@ def write_fbx(
         raise MissingDependencyError(
             "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or write a .glb"
         )
-    if not all((_modules() / name.rpartition("@")[0]).is_dir() for name in PACKAGES):
-        raise MissingDependencyError(f"FBX needs two packages of npm; install them once with: {install_command()} (or write a .glb)")
+    modules = PACKAGES.demand("FBX", "or write a .glb")
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
         write_glb(Path(folder) / "character.glb", character, clips, expressions=expressions)
         shutil.copy(WRITER, folder)  # imports are looked for beside the script
-        (Path(folder) / "node_modules").symlink_to(_modules().resolve(), target_is_directory=True)
+        (Path(folder) / "node_modules").symlink_to(modules.resolve(), target_is_directory=True)
         with atomic_path(path) as temporary:
             _run([node, str(Path(folder) / WRITER.name), str(Path(folder) / "character.glb"), str(temporary), f"{fps:g}"])
 

@@ -45,6 +45,12 @@ def viewer_script() -> str:
     return str(page[begin + len("<script>") : stop + len(end)])
 
 
+@functools.lru_cache(maxsize=1)
+def stage_script() -> str:
+    """Light, ground and a camera that is turned by hand: a script that defines ``makeStage`` and needs `viewer_script`."""
+    return Path(__file__).with_name("stage.js").read_text(encoding="utf-8")
+
+
 def write_page(
     path: str | os.PathLike[str],
     character: bytes | str | os.PathLike[str],
@@ -105,9 +111,10 @@ _PLAYER = b"controls loop muted autoplay playsinline"
 def _template() -> tuple[tuple[str | None, bytes], ...]:
     """The page without its contents: pieces of text, and between them names of what goes there."""
     text = Path(__file__).with_name("page.html").read_text(encoding="utf-8")
-    words = re.split(r"\$(title|video|layout|glb|viewer)\b", text)
+    words = re.split(r"\$(title|video|layout|glb|viewer|stage)\b", text)
     pieces = [(word if place % 2 else None, word.encode()) for place, word in enumerate(words)]
-    return tuple((None, viewer_script().encode()) if name == "viewer" else (name, piece) for name, piece in pieces)
+    scripts = {"viewer": viewer_script(), "stage": stage_script()}
+    return tuple((None, scripts[name].encode()) if name in scripts else (name, piece) for name, piece in pieces)
 
 
 def write_character_page(

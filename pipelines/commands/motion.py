@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
 from pipelines.motion_options import EditOptions, PlanOptions, length_of, open_model, read_direction, read_steps
+from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
@@ -45,6 +46,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
+  a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser
 
 With several clips an .npz holds all of them with a leading dimension, .bvh become numbered files, pictures and videos show
 them beside each other."""
@@ -58,7 +60,7 @@ class Options:
     """What the command takes."""
 
     plan: PlanOptions = group(PlanOptions)
-    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}")
+    out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}", default="")
     count: int = option("clips", default=1)
     bone_scale: float | str = option(
         "factor on all bone lengths, or PART=FACTOR,... (arms, legs, torso, head, a joint)", default=1.0, metavar="FACTOR"
@@ -73,6 +75,7 @@ class Options:
     )
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     edits: EditOptions = group(EditOptions)
+    paging: PageOptions = group(PageOptions)
     native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
 
     def frames_written(self, model: MotionModel) -> int:
@@ -94,6 +97,11 @@ MAX_FRAMES = 1_500_000
 
 def run(options: Options) -> Answer:
     """Generate."""
+    if options.paging.page is not None:
+        others = [item.name for item in fields(options) if item.default is not MISSING and getattr(options, item.name) != item.default]
+        return write_page(options.paging, options.plan, others + ([] if options.edits == EditOptions() else ["an edit"]))
+    if not options.out or options.paging.character is not None:
+        raise InputError("name the file to write with --out, or a --page (--character is of a page)")
     path = Path(options.out)
     writer_of(path, FORMATS)
     rigged = _rigged(options, path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ from a2v.animation import prepare_rig, retarget
 from a2v.errors import A2VError
 from a2v.formats import fbx, read_motion
 from a2v.formats.fbx import find_node, write_fbx
+from tests.support.npm import npm_folder
 
 FPS = 10.0
 SHUT = {"eyeBlinkLeft": np.array([0, 0, 0.5, 1.0, 0.25, *[0.0] * 95], np.float32)}
@@ -45,16 +45,11 @@ def person(expressive: Character, data_dir: Path) -> Person:
 @pytest.fixture(scope="module")
 def packages() -> Iterator[Path]:
     """three.js and the exporter from npm, in an ignored folder."""
-    npm, folder = shutil.which("npm"), Path(__file__).resolve().parents[2] / "build" / "fbx"
+    if find_node() is None:
+        pytest.skip("FBX needs node; it is not installed")
+    folder = npm_folder("fbx", *fbx.PACKAGES.packages)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("A2V_FBX", str(folder))
-        if not fbx.can_write():
-            if npm is None or find_node() is None:
-                pytest.skip("FBX needs node and npm; they are not installed")
-            command = [npm, "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), *fbx.PACKAGES]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-            if done.returncode:
-                pytest.skip(f"the npm registry gave no FBX exporter: {done.stderr.strip()[-200:]}")
         yield folder
 
 

@@ -19,6 +19,7 @@ from a2v.formats import read_motion
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import VRM_REQUIRED
 from tests.support.glb import Glb, validate
+from tests.support.npm import npm_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
@@ -48,16 +49,9 @@ def files(person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPat
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> str:
     """three-vrm with our script as one file; packages from npm in an ignored folder."""
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if node is None or npm is None:
-        pytest.skip("three-vrm needs node and npm; they are not installed")
-    folder = ROOT / "build" / "three-vrm"
-    if not (folder / "node_modules" / ".bin" / "esbuild").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        command = [npm, "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), *PACKAGES]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
-        if done.returncode:
-            pytest.skip(f"the npm registry gave no three-vrm: {done.stderr.strip()[-200:]}")
+    if shutil.which("node") is None:
+        pytest.skip("three-vrm needs node; it is not installed")
+    folder = npm_folder("three-vrm", *PACKAGES)
     source = folder / "look.mjs"  # beside its packages
     source.write_bytes(Path(__file__).with_name("look_in_three_vrm.mjs").read_bytes())
     out = tmp_path_factory.mktemp("bundle") / "look.js"

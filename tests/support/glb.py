@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from a2v.kinematics import quat_to_rotmat
+from tests.support.npm import npm_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -20,18 +21,9 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="session")
 def validator() -> Path:
     """Khronos' glTF validator from npm, in an ignored folder."""
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if node is None or npm is None:
-        pytest.skip("Khronos' glTF validator needs node and npm; they are not installed")
-    folder = ROOT / "build" / "gltf-validator"
-    modules = folder / "node_modules"
-    if not (modules / "gltf-validator").is_dir():
-        folder.mkdir(parents=True, exist_ok=True)
-        command = [npm, "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), "gltf-validator@2.0.0-dev.3.10"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-        if done.returncode:
-            pytest.skip(f"the npm registry gave no gltf-validator: {done.stderr.strip()[-200:]}")
-    return modules
+    if shutil.which("node") is None:
+        pytest.skip("Khronos' glTF validator needs node; it is not installed")
+    return npm_folder("gltf-validator", "gltf-validator@2.0.0-dev.3.10") / "node_modules"
 
 
 def validate(path: Path, modules: Path) -> dict[str, Any]:

@@ -21,6 +21,34 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[2]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 
+CONTRAST = """() => {
+  const parse = text => text.match(/[\\d.]+/g).map(Number);
+  const light = color => color.slice(0, 3).map(v => v / 255).map(v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = item => {
+    for (let at = item; at; at = at.parentElement) {
+      const color = parse(getComputedStyle(at).backgroundColor);
+      if (color.length < 4 || color[3] > 0.99) return color;
+    }
+    return [255, 255, 255];
+  };
+  const bad = [];
+  for (const item of document.querySelectorAll("body *")) {
+    const own = [...item.childNodes].some(node => node.nodeType === 3 && node.textContent.trim());
+    if (!own || !item.checkVisibility() || item.closest(":disabled, svg, option, .skip")) continue;
+    const [a, b] = [light(parse(getComputedStyle(item).color)), light(behind(item))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) bad.push(`${item.tagName} ${item.textContent.trim().slice(0, 30)}: ${ratio.toFixed(2)}`);
+  }
+  return bad;
+}"""
+"""Script: texts of a page that stand out too little from what is behind them (WCAG AA: 4.5)."""
+NAMELESS = """() => [...document.querySelectorAll("input, select, button, a, video, iframe, progress")]
+  .filter(item => item.checkVisibility())
+  .filter(item => !(item.labels && item.labels.length) && !item.getAttribute("aria-label") && !item.textContent.trim() && !item.title)
+  .map(item => item.outerHTML)"""
+"""Script: controls of a page that have no name."""
+
 
 def find_browser() -> str:
     """The browser's program; the test is skipped without one."""

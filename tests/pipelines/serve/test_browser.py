@@ -15,39 +15,13 @@ import psutil
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
 
-from tests.support.page import ROOT, Server, find_browser
+from tests.support.page import CONTRAST, NAMELESS, ROOT, Server, find_browser
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 LONG = 600_000.0
 """Milliseconds for what may have to compute a person first, on a busy machine."""
 
 expect.set_options(timeout=60_000)  # five seconds by default, which a busy machine may need for a poll
-
-CONTRAST = """() => {
-  const parse = text => text.match(/[\\d.]+/g).map(Number);
-  const light = color => color.slice(0, 3).map(v => v / 255).map(v => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
-    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
-  const behind = item => {
-    for (let at = item; at; at = at.parentElement) {
-      const color = parse(getComputedStyle(at).backgroundColor);
-      if (color.length < 4 || color[3] > 0.99) return color;
-    }
-    return [255, 255, 255];
-  };
-  const bad = [];
-  for (const item of document.querySelectorAll("body *")) {
-    const own = [...item.childNodes].some(node => node.nodeType === 3 && node.textContent.trim());
-    if (!own || !item.checkVisibility() || item.closest(":disabled, svg, option, .skip")) continue;
-    const [a, b] = [light(parse(getComputedStyle(item).color)), light(behind(item))];
-    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-    if (ratio < 4.5) bad.push(`${item.tagName} ${item.textContent.trim().slice(0, 30)}: ${ratio.toFixed(2)}`);
-  }
-  return bad;
-}"""
-NAMELESS = """() => [...document.querySelectorAll("input, select, button, a, video, iframe, progress")]
-  .filter(item => item.checkVisibility())
-  .filter(item => !(item.labels && item.labels.length) && !item.getAttribute("aria-label") && !item.textContent.trim() && !item.title)
-  .map(item => item.outerHTML)"""
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,120 @@
+// The page: what is chosen becomes a clip, which plays until the next one.
+"use strict";
+(async () => {
+  const byId = name => document.getElementById(name);
+  const about = JSON.parse(byId("about").textContent), { meta, figure } = about, parents = meta.skeleton.parents;
+  const asked = new URLSearchParams(location.hash.slice(1));
+  const number = (name, otherwise) => asked.has(name) && isFinite(asked.get(name)) ? Number(asked.get(name)) : otherwise;
+  const [search, seed, seconds, guidance] = ["search", "seed", "seconds", "guidance"].map(byId);
+  const content = async name => {  // what the page holds under a name
+    const item = byId(name), packed = await fetch("data:application/octet-stream;base64," + item.textContent);
+    item.remove();
+    return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+  };
+
+  // the actions: a list that is searched in names and in what people said of the clips
+  const items = meta.actions.map((name, index) => {
+    const label = document.createElement("label"), radio = Object.assign(document.createElement("input"), { type: "radio", name: "action", value: index });
+    label.append(radio, name);
+    label.hidden = meta.active !== undefined && !meta.active[index].length;  // the data has no clip of it
+    byId("actions").append(label);
+    return { label, radio, absent: label.hidden, name: name.toLowerCase(), words: about.words[index].toLowerCase() };
+  });
+  const chosen = () => Number(document.querySelector("[name=action]:checked").value);
+  const shown = () => items.filter(item => !item.label.hidden);
+  const choose = item => { item.radio.checked = true; item.label.scrollIntoView({ block: "nearest" }); make(); };
+  search.oninput = () => {
+    const parts = search.value.toLowerCase().split(/\s+/).filter(Boolean), has = kind => item => parts.every(part => item[kind].includes(part));
+    const named = items.filter(has("name"));
+    const found = new Set(named.length ? named : items.filter(has("words")));
+    for (const item of items) item.label.hidden = item.absent || !found.has(item);
+    byId("found").textContent = parts.length ? `${shown().length} of ${items.length}` : `${items.length}`;
+  };
+  search.onkeydown = event => {
+    const first = shown()[0];
+    if (!first || !["Enter", "ArrowDown"].includes(event.key)) return;
+    event.preventDefault();
+    choose(first);
+    if (event.key === "ArrowDown") first.radio.focus();
+  };
+
+  const stand = makeStage(byId("stage"), { azimuth: number("azimuth", 30), elevation: number("elevation", 8), distance: 4.4 });
+  let who, clip = null, running = !asked.has("time"), now = number("time", 0), wanted = 0;
+  const sampling = async () => {
+    const [engine, loader, model] = await Promise.all(["engine", "loader", "model"].map(content));
+    Object.assign(ort.env.wasm, { numThreads: 1, proxy: false, wasmBinary: engine });
+    ort.env.wasm.wasmPaths = { mjs: URL.createObjectURL(new Blob([loader], { type: "text/javascript" })) };
+    return makeSampler(await ort.InferenceSession.create(new Uint8Array(model), { executionProviders: ["wasm"], graphOptimizationLevel: "basic" }), meta);
+  };
+  const somebody = async () => figure.bones ? makeCharacter(stand.scene, await content("character"), figure) : makeSticks(stand.scene, { parents, ...figure });
+
+  window.a2v = { sample: wish => sample(wish), figure: () => who };  // for what looks into the page from outside; see sample.js and figure.js
+  const wish = () => ({
+    labels: new Array(Math.max(1, Math.round(seconds.value * meta.fps))).fill(chosen()), guidance: Number(guidance.value), seed: Math.max(0, Math.floor(seed.value) || 0),
+  });
+  async function make() {
+    const mine = ++wanted, asking = wish(), began = performance.now();
+    byId("seconds-told").textContent = `${Number(seconds.value)} s`;
+    byId("guidance-told").textContent = guidance.value;
+    while (make.busy) await make.busy;  // one clip at a time, and of those that wait the last
+    if (mine !== wanted) return;
+    make.busy = sample(asking);
+    const joints = await make.busy.finally(() => { make.busy = null; });
+    const took = performance.now() - began;
+    if (mine !== wanted) return;
+    clip = { joints, parents, last: joints.length / (3 * parents.length) - 1 };
+    who.begin(clip);
+    if (running) now = 0;
+    tell(asking, took);
+  }
+  function tell(asking, took) {
+    const name = meta.actions[asking.labels[0]], quoted = /^[\w-]+$/.test(name) ? name : `"${name}"`;
+    const same = !meta.guidance || asking.guidance === meta.guidance;
+    byId("told").textContent = `${name}, made in ${Math.round(took)} ms.` + (same ? " The same as files: " : " Guidance is not the model's own: files take what it was exported with.");
+    if (!same) return;
+    const code = document.createElement("code");
+    code.textContent = `a2v motion --model ${about.model} --action ${quoted} --seed ${asking.seed} --seconds ${Number(seconds.value)} --out clip.bvh`;
+    byId("told").append(code);
+  }
+
+  const play = byId("play"), slider = byId("time"), clock = new THREE.Clock();
+  const start = on => { running = on; play.textContent = on ? "Pause" : "Play"; };
+  play.onclick = () => start(!running);
+  slider.oninput = () => { start(false); now = slider.value * length(); };
+  const length = () => Math.max(clip.last, 1e-6) / meta.fps;
+  const frame = () => {
+    const passed = clock.getDelta();
+    if (running) now = (now + passed) % length();
+    now = Math.min(now, length());
+    who.pose(poseAt(clip.joints, parents, now * meta.fps));
+    slider.value = now / length();
+    const far = stand.center.distanceTo(who.where) > 3;
+    stand.draw(who.where, running && !far ? 1 - Math.exp(-4 * passed) : 1);
+    requestAnimationFrame(frame);
+  };
+
+  let sample;
+  try {
+    [sample, who] = await Promise.all([sampling(), somebody()]);
+    seed.value = number("seed", about.seed);
+    seconds.value = number("seconds", about.seconds);
+    guidance.value = number("guidance", meta.guidance || 1);
+    byId("guidance-row").hidden = !meta.guidance;
+    const first = items.find(item => item.name === (asked.get("action") || "").toLowerCase()) || items[about.action];
+    first.radio.checked = true;
+    search.oninput();
+    first.label.scrollIntoView({ block: "nearest" });
+    for (const item of [byId("actions"), seed, seconds, guidance]) item.oninput = make;
+    byId("another").onclick = () => { seed.value = Math.floor(1e6 * Math.random()); make(); };
+    await make();
+    stand.fit(1.05);
+    stand.show();
+    start(running);
+    frame();
+    document.body.dataset.state = "ready";
+    document.body.dataset.ready = performance.now().toFixed(0);  // ms since the page was opened
+  } catch (error) {
+    document.body.dataset.state = "failed";
+    byId("message").textContent = "This browser cannot make motions: " + (error && error.message || error);
+  }
+})();

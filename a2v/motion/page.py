@@ -82,28 +82,29 @@ def write_motion_page(
         raise InputError(f"seconds is {seconds:g}; a page makes clips of 1 to {MAX_SECONDS:g} seconds")
     if not 0 <= seed < 2**53:
         raise InputError(f"seed is {seed}; a page takes 0 to 2^53 - 1")
-    first = 0 if action is None else model.label(action)
-    runtime = PACKAGES.demand("a page that makes motions", "nothing is downloaded later") / "onnxruntime-web" / "dist"
-    script, loader, engine = (read_bytes(runtime / name) for name in RUNTIME)
+    first = None if action is None else model.label(action)
+    dist = PACKAGES.demand("a page that makes motions", "nothing is downloaded later") / "onnxruntime-web" / "dist"
+    script, loader, engine = (read_bytes(dist / name) for name in RUNTIME)
     graph, guided = page_graph(model.path)
     figure, glb = (_sticks(model), b"") if character is None else _character(model, character)
-    about = {
-        "meta": _meta(model, guided), "figure": figure, "model": _name(model), "action": first, "seed": seed, "seconds": seconds,
-        "words": _words(model),
-    }  # fmt: skip
-    parts = {
-        "title": html.escape(title).encode(),
-        "about": json.dumps(about, separators=(",", ":")).replace("<", "\\u003c").encode(),
-        **{name: _packed(data) for name, data in (("model", graph), ("character", glb), ("engine", engine), ("loader", loader))},
-        "viewer": viewer_script().encode(), "runtime": script, "stage": stage_script().encode(),
-        **{name: _part(f"{name}.js").encode() for name in ("random", "sample", "figure", "main")},
-    }  # fmt: skip
-    words = re.split(r"\$([a-z]+)\b", _part("index.html"))
-    pieces = [parts[word] if place % 2 else word.encode() for place, word in enumerate(words)]
+    about = {"figure": figure, "model": _name(model), "action": first, "seed": seed, "seconds": seconds}
+    about |= {"meta": _meta(model, guided), "words": _words(model)}
+    text = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
+    parts = {"title": html.escape(title).encode(), "about": text.encode(), "runtime": script}
+    packed = {"model": graph, "character": glb, "engine": engine, "loader": loader}
+    pieces = _pieces(parts | {name: _packed(data) for name, data in packed.items()})
     if sum(map(len, pieces)) > MAX_PAGE_BYTES:
-        raise InputError(f"{character} makes a page of {sum(map(len, pieces)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
+        raise InputError(f"the page would have {sum(map(len, pieces)) >> 20} MB; a page holds {MAX_PAGE_BYTES >> 20} MB")
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         stream.writelines(pieces)
+
+
+def _pieces(parts: dict[str, bytes]) -> list[bytes]:
+    """The page, piece by piece: ``browser/index.html`` with `parts` and our own scripts in their places."""
+    own = {name: _part(f"{name}.js").encode() for name in ("random", "sample", "figure", "main")}
+    parts = parts | own | {"viewer": viewer_script().encode(), "stage": stage_script().encode()}
+    words = re.split(r"\$([a-z]+)\b", _part("index.html"))
+    return [parts[word] if place % 2 else word.encode() for place, word in enumerate(words)]
 
 
 def page_graph(path: Path) -> tuple[bytes, bool]:

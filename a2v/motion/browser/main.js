@@ -100,7 +100,8 @@
     seconds.value = number("seconds", about.seconds);
     guidance.value = number("guidance", meta.guidance || 1);
     byId("guidance-row").hidden = !meta.guidance;
-    const first = items.find(item => item.name === (asked.get("action") || "").toLowerCase()) || items[about.action];
+    const named = items.find(item => item.name === (asked.get("action") || "").toLowerCase());
+    const first = named || items[about.action] || items.find(item => !item.absent);
     first.radio.checked = true;
     search.oninput();
     first.label.scrollIntoView({ block: "nearest" });

@@ -87,7 +87,7 @@ def write_motion_page(
     script, loader, engine = (read_bytes(dist / name) for name in RUNTIME)
     graph, guided = page_graph(model.path)
     figure, glb = (_sticks(model), b"") if character is None else _character(model, character)
-    about = {"figure": figure, "model": _name(model), "action": first, "seed": seed, "seconds": seconds}
+    about: dict[str, Any] = {"figure": figure, "model": _name(model), "action": first, "seed": seed, "seconds": seconds}
     about |= {"meta": _meta(model, guided), "words": _words(model)}
     text = json.dumps(about, separators=(",", ":")).replace("<", "\\u003c")
     parts = {"title": html.escape(title).encode(), "about": text.encode(), "runtime": script}

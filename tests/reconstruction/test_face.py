@@ -6,13 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from a2v.animation import bind, blinking, blinks, change_rig, deform, express, load_rig
 from a2v.animation.expressions import BlinkSettings
 from a2v.body.face import actions_of, face_landmarks
 from a2v.geometry.mesh import is_closed
 from a2v.reconstruction import FaceSettings, add_face
-from a2v.reconstruction.face.build import _Bend
+from a2v.reconstruction.face.build import _Bend, _facing, _posed
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
 from a2v.reconstruction.face.sewing import sew
@@ -224,6 +225,20 @@ def test_a_face_is_saved_and_older_characters_load(made: Surface, character: Cha
     np.testing.assert_array_equal(again.face.offsets, made.face.offsets)  # type: ignore[union-attr]
     old = {name: array for name, array in character.to_arrays().items() if ".face." not in name}
     assert Character.from_arrays(old).surface.face is None
+
+
+def test_the_head_is_turned_as_the_photos(body: Body) -> None:
+    """Else teeth and tongue, which lie deep, are beside the mouth."""
+    posed, turns = _posed(body)
+    ids, weights = face_landmarks()
+    points = np.einsum("kc,kcd->kd", weights, posed[ids])
+    middle = points.mean(axis=0)
+    seen = middle + Rotation.from_euler("x", 3.06, degrees=True).apply(points - middle)  # what the detector does to an upright head
+    landmarks = np.concatenate([CAMERA.project(seen), CAMERA.scale * seen[:, 2:]], axis=1)
+    askew = Rotation.from_euler("xyz", [14, -8, 5], degrees=True)
+    found, turned = _facing(middle + askew.apply(posed - middle), askew.as_matrix() @ turns, landmarks, CAMERA)
+    np.testing.assert_allclose(found, posed, atol=1e-6)
+    np.testing.assert_allclose(turned, turns, atol=1e-6)
 
 
 def test_the_bend_keeps_what_touches_together() -> None:

@@ -161,7 +161,7 @@ def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera:
     middle = on_body.mean(axis=0)
     on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
     found, _ = Rotation.align_vectors(on_photo - on_photo.mean(axis=0), on_body - middle)
-    turn = (found * Rotation.from_euler("x", -_SEEN_TURNED, degrees=True)).as_matrix()
+    turn = (Rotation.from_euler("x", -_SEEN_TURNED, degrees=True) * found).as_matrix()
     return middle + (posed - middle) @ turn.T, turn @ turns
 
 

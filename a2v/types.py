@@ -357,7 +357,11 @@ class RenderSettings(Record):
     Attributes
     ----------
     size : int
-        Width and height of a view, pixels.
+        Longer side of a view, pixels.
+    aspect : str
+        Width to height, "16:9"; from 1:4 to 4:1. The whole body fits into it.
+    titles : bool
+        The views' names above their pictures where these stand beside each other.
     spp : int
         Samples a pixel before denoising.
     views : tuple of str
@@ -375,6 +379,8 @@ class RenderSettings(Record):
     """
 
     size: int = 512
+    aspect: str = "1:1"
+    titles: bool = False
     spp: int = 8
     views: tuple[str, ...] = VIEWS
     background: str = "stage"
@@ -386,6 +392,8 @@ class RenderSettings(Record):
     def __post_init__(self) -> None:
         if not 16 <= self.size <= 4096 or self.size % 2:
             raise InputError(f"size is {self.size}; expected an even number of pixels from 16 to 4096")
+        if not re.fullmatch(r"[1-9]\d{0,3}:[1-9]\d{0,3}", self.aspect) or not 0.25 <= self._ratio <= 4:
+            raise InputError(f"aspect is '{self.aspect}'; expected width:height from 1:4 to 4:1, such as 9:16")
         if not 1 <= self.spp <= 65536:
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
         if odd := [view for view in self.views if not re.fullmatch(NAME_PATTERN, view)]:
@@ -398,3 +406,21 @@ class RenderSettings(Record):
             raise InputError(f"view '{doubles[0]}' is given twice")
         if not re.fullmatch(r"stage|transparent|image|#[0-9a-f]{6}", self.background):
             raise InputError(f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f")
+
+    @property
+    def _ratio(self) -> float:
+        width, height = self.aspect.split(":")
+        return int(width) / int(height)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Width and height of a view, pixels: even, as videos want them."""
+        short = max(2, 2 * round(self.size * min(self._ratio, 1 / self._ratio) / 2))
+        return (self.size, short) if self._ratio >= 1 else (short, self.size)
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """Rows and columns of a view within the square of `size` pixels that its camera spans."""
+        width, height = self.shape
+        left, top = (self.size - width) // 2, (self.size - height) // 2
+        return slice(top, top + height), slice(left, left + width)

@@ -18,7 +18,7 @@ from a2v.io import atomic_path
 from a2v.perception import decode_photo
 from a2v.perception.paint_out import in_photo
 from a2v.rendering import Renderer
-from a2v.rendering.place import Place, square, square_mask
+from a2v.rendering.place import Place, square, square_mask, without_light
 from a2v.types import Character, RenderSettings, Subject
 from pipelines.graph import video_graph
 from pipelines.inputs import video_parameters
@@ -38,7 +38,7 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     place, person, subject = (outcome.get(name, kind) for name, kind in (("place", Place), ("character", Character), ("subject", Subject)))
     seconds = time.process_time() - started
     vertices = person.surface.vertices + photo_to_world(person.body).astype(np.float32)
-    renderer = Renderer(person.surface, RenderSettings(size=size, background="image"), scene=place.scene, backdrop=place.picture)
+    renderer = Renderer(without_light(person.surface, place.light), RenderSettings(size=size, background="image"), scene=place.scene, backdrop=place.picture)
     covered = renderer.mask(vertices, place.camera)
     picture = renderer.render(vertices, place.camera).astype(np.float32)
     seen, frame = square(decode_photo(photo.read_bytes())[..., :3])

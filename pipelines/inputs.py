@@ -100,7 +100,9 @@ class LookOptions:
         "stage, transparent, a colour (navy, #30506f), an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
     )
     look: str = option(f"light: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
-    size: int = option("pixels a side", default=_LOOK.size)
+    size: int = option("pixels of the longer side", default=_LOOK.size)
+    aspect: str = option("shape of each view: 1:1, 9:16, 16:9 or another width:height", default=_LOOK.aspect, metavar="W:H")
+    titles: bool = flag("the views' names above the pictures of video.mp4", rare=True)
     spp: int = option("samples a pixel", default=_LOOK.spp)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
@@ -128,6 +130,8 @@ class LookOptions:
             views=tuple(view.strip() for view in named),
             background=background,
             size=self.size,
+            aspect=self.aspect,
+            titles=self.titles,
             spp=self.spp,
             denoise=self.denoise,
             variant=self.variant,

@@ -27,6 +27,20 @@ def vertex_normals(vertices: FloatArray, faces: IntArray, *, dtype: type[np.floa
     return unit(np.asarray(total, np.float64), least=1e-20)
 
 
+def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
+    """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbours, so many times."""
+    from scipy.sparse import csr_matrix
+
+    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    own = np.arange(len(values))
+    rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
+    beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(len(values), len(values)))
+    total = np.asarray(beside.sum(axis=1)).reshape(-1, *[1] * (values.ndim - 1))
+    for _ in range(times):
+        values = beside @ values / total
+    return values
+
+
 def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Unit normals (F, 3) float32, worked out in float64; zero for degenerate faces."""
     corner = vertices[faces].astype(np.float64)

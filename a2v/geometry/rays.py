@@ -169,3 +169,32 @@ def scattered(hits: Hits, index: IntArray, count: int) -> Hits:
     face, uv = np.zeros(count, np.int64), np.zeros((count, 2), np.float32)
     hit[index], distance[index], face[index], uv[index] = hits.hit, hits.distance, hits.face, hits.barycentric
     return Hits(hit, distance, face, uv)
+
+
+def texels(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
+    """What lies under every texel's centre, by rays onto the flattened mesh.
+
+    Parameters
+    ----------
+    texel : (F, 3, 2)
+        Corners in texels, v growing upwards.
+
+    Returns
+    -------
+    face (size, size) int32, -1 for none, and barycentric coordinates (size, size, 3) float32; row 0 is the top.
+    """
+    flat = np.concatenate([texel.reshape(-1, 2), np.zeros((texel.shape[0] * 3, 1))], axis=1)
+    scene = ray_scene(flat, np.arange(len(flat)).reshape(-1, 3), threads=0)
+    face = np.full((size, size), -1, np.int32)
+    barycentric = np.zeros((size, size, 3), np.float32)
+    columns = np.arange(size) + 0.5
+    for top in range(0, size, 256):  # bounded memory
+        rows = np.arange(top, min(size, top + 256))
+        x, y = np.meshgrid(columns, size - rows - 0.5)
+        rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x), np.zeros_like(x), -np.ones_like(x)], axis=-1).astype(np.float32)
+        hits = scene.cast_rays(rays)
+        seen: BoolArray = np.isfinite(hits["t_hit"].numpy())
+        face[rows] = np.where(seen, hits["primitive_ids"].numpy().astype(np.int64), -1)
+        second = hits["primitive_uvs"].numpy()
+        barycentric[rows] = np.concatenate([1 - second.sum(axis=-1, keepdims=True), second], axis=-1) * seen[..., None]
+    return face, barycentric

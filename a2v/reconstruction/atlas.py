@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.rays import ray_scene
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.geometry.rays import ray_scene, texels
+from a2v.types import FloatArray, IntArray
 
 _AXES = np.array([[0, 0, 1], [0, 0, -1], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], np.float64)
 _RIGHT = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0]], np.float64)
@@ -77,7 +77,7 @@ def make_atlas(vertices: FloatArray, faces: IntArray, *, size: int, density: flo
         raise ValueError(f"{count} charts do not fit a texture of {size} texels")
     scale, places = best
     texel = (flat - low[chart][:, None]) * scale + padding + places[chart][:, None]
-    face, barycentric = _rasterise(texel, size)
+    face, barycentric = texels(texel, size)
     return Atlas((texel / size).astype(np.float32), size, face, barycentric, scale)
 
 
@@ -160,22 +160,3 @@ def _shelves(boxes: FloatArray, size: int) -> FloatArray | None:
         places[index] = shelf[0], shelf[1]
         shelf[0] += width
     return places
-
-
-def _rasterise(texel: FloatArray, size: int) -> tuple[IntArray, FloatArray]:
-    """Face and barycentric coordinates under every texel's centre, by rays onto the flattened mesh."""
-    flat = np.concatenate([texel.reshape(-1, 2), np.zeros((texel.shape[0] * 3, 1))], axis=1)
-    scene = ray_scene(flat, np.arange(len(flat)).reshape(-1, 3), threads=0)
-    face = np.full((size, size), -1, np.int32)
-    barycentric = np.zeros((size, size, 3), np.float32)
-    columns = np.arange(size) + 0.5
-    for top in range(0, size, 256):  # bounded memory
-        rows = np.arange(top, min(size, top + 256))
-        x, y = np.meshgrid(columns, size - rows - 0.5)
-        rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x), np.zeros_like(x), -np.ones_like(x)], axis=-1).astype(np.float32)
-        hits = scene.cast_rays(rays)
-        seen: BoolArray = np.isfinite(hits["t_hit"].numpy())
-        face[rows] = np.where(seen, hits["primitive_ids"].numpy().astype(np.int64), -1)
-        second = hits["primitive_uvs"].numpy()
-        barycentric[rows] = np.concatenate([1 - second.sum(axis=-1, keepdims=True), second], axis=-1) * seen[..., None]
-    return face, barycentric

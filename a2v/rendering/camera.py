@@ -255,7 +255,7 @@ def follow_cameras(
         `track` has another shape, no frames, or holds NaN; or a view is unknown.
     """
     check_views(settings.views, cameras)
-    subject = _Subject.of(track, height=height, smoothing=smoothing, margin=margin)
+    subject = _Subject.of(track, height=height, smoothing=smoothing, margin=margin, shape=settings.shape)
     frames = len(subject.path)
     standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=fov) for view in settings.views if view in AZIMUTHS]
     shared = max([0.5, *(subject.least_distance(subject.path, camera.toward(frames), fov) for camera in standing)])
@@ -278,15 +278,16 @@ def follow_cameras(
 @dataclass(frozen=True, kw_only=True)
 class _Subject:
     """Whom the cameras see: `points` (T, N, 3), its smooth `path` (T, 3) and the middle of all of it, `still` (T, 3), at half its
-    height; `margin` is the free border on each side, a fraction of the picture."""
+    height; `margin` is the free border on each side, a fraction of the picture, which spans `sides` of its longer side."""
 
     points: FloatArray
     path: FloatArray
     still: FloatArray
     margin: float
+    sides: tuple[float, float]
 
     @classmethod
-    def of(cls, track: FloatArray, *, height: float | None, smoothing: float, margin: float) -> _Subject:
+    def of(cls, track: FloatArray, *, height: float | None, smoothing: float, margin: float, shape: tuple[int, int]) -> _Subject:
         """See `follow_cameras`."""
         points = np.asarray(track, np.float64)
         if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
@@ -305,7 +306,13 @@ class _Subject:
         centre[:, 1] = height / 2
         still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(centre), 1))
         still[:, 1] = height / 2
-        return cls(points=points, path=_smooth_path(centre, smoothing), still=still, margin=margin)
+        return cls(
+            points=points,
+            path=_smooth_path(centre, smoothing),
+            still=still,
+            margin=margin,
+            sides=(shape[0] / max(shape), shape[1] / max(shape)),
+        )
 
     def least_distance(self, targets: FloatArray, toward: FloatArray, fov: float) -> float:
         """Metres from `targets` (T, 3) along `toward` (T, 3) from where the whole of it is in the picture at every frame."""
@@ -315,7 +322,7 @@ class _Subject:
         up = np.cross(toward, right)
         offsets = self.points - targets[:, None]
         across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
-        return float((np.maximum(np.abs(across), np.abs(along)) / reach + depth).max())
+        return float((np.maximum(np.abs(across) / self.sides[0], np.abs(along) / self.sides[1]) / reach + depth).max())
 
 
 def _smooth_path(centre: FloatArray, smoothing: float) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 
 from a2v.face import FACE_KINDS
 from a2v.geometry.colors import srgb_to_linear
+from a2v.geometry.mesh import evened
 from a2v.types import FloatArray, Surface
 
 EYE = 2.0
@@ -52,25 +53,11 @@ def matter_of(surface: Surface) -> FloatArray | None:
     spread = np.maximum(1.48 * np.median(np.abs(ratio[sure] - middle), axis=0), 0.17)
     off = np.hypot(*((ratio - middle) / spread).T)
     like = np.exp(-0.5 * np.maximum(off - 1, 0) ** 2) * ((bright > usual - 1.3) & (bright < usual + 1.6))
-    like = np.clip(2 * _evened(surface, like, 6) - 0.5, 0, 1)
+    like = np.clip(2 * evened(surface.faces, like, 6) - 0.5, 0, 1)
     like[sure] = np.maximum(like[sure], 0.9 * (bright[sure] > usual - 1.3))  # hair may hang into the face
     for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
         like[face.patch[kinds == kind]] = value
     return np.asarray(like, np.float32)
-
-
-def _evened(surface: Surface, values: FloatArray, times: int) -> FloatArray:
-    """Means over each vertex and its neighbours, so many times."""
-    from scipy.sparse import csr_matrix
-
-    one, two = np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]], surface.faces[:, [2, 0]]]).T
-    count = len(surface.vertices)
-    rows, columns = np.concatenate([one, two, np.arange(count)]), np.concatenate([two, one, np.arange(count)])
-    beside = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-    total = np.asarray(beside.sum(axis=1)).ravel()
-    for _ in range(times):
-        values = beside @ values / total
-    return values
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,16 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
-from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.geometry.images import nearest_known
+from a2v.geometry.mesh import evened, vertex_normals
+from a2v.geometry.rays import texels
 from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.renderer import Renderer
 from a2v.rendering.scene import SceneSettings
-from a2v.types import ByteArray, FloatArray, OrthographicCamera, Subject, Surface
+from a2v.types import ByteArray, FloatArray, OrthographicCamera, RenderSettings, Subject, Surface
 
-FOV = 10.0
+FOV = 5.0
 """Degrees that the photo's longer side is taken to span. The person was reconstructed as an orthographic camera sees; from a camera that is
-far away it looks nearly so, and still grows when it comes nearer. (30 degrees: outlines overlap by .94 on the sample; docs/rendering.md.)"""
+far away it looks nearly so, and still grows when it comes nearer. (What other angles give: docs/rendering.md.)"""
+
+_DARKEST = 0.3
+"""Least light that colours are divided by."""
+
+_GREY, _SPREAD = 0.5, 12
+"""Albedo of the person on whom light is read, and how many rings of vertices it is carried on beyond what is seen."""
 
 DIRECTED = 0.4
 """Largest share of the light that comes from one direction: the colours of the photo hold its shading already."""
@@ -37,15 +46,19 @@ class Place(Record):
         Lights.
     frame : tuple of 4 int
         Left, top, right, bottom of the photo in `picture`.
+    light : (V, 3) float32
+        What these lights give the person's vertices in the photo's pose, irradiance over pi: `without_light` takes it out of the colours.
     """
 
     picture: ByteArray
     camera: ViewCamera
     scene: SceneSettings
     frame: tuple[int, ...]
+    light: FloatArray
 
     def __post_init__(self) -> None:
         self._check("picture", ("S", "S", 3))
+        self._check("light", ("V", 3))
 
 
 def photo_camera(subject: Subject, camera: OrthographicCamera, surface: Surface, offset: FloatArray, *, fov: float = FOV) -> ViewCamera:
@@ -136,8 +149,8 @@ def estimate_light(surface: Surface) -> SceneSettings:
     facing = float(np.maximum(normals[seen] @ direction, 0).mean())
     fill = float(linear_to_srgb(np.array(1 - share)))
     return SceneSettings(
-        background=(fill, fill, fill), sun=(share / max(facing, 0.2),) * 3, sun_direction=tuple(direction.tolist()), sun_angle=8.0,
-        spot=(0.0, 0.0, 0.0), grid=0.0,
+        background=(fill, fill, fill), sun=(share / max(facing, 0.45),) * 3, sun_direction=tuple(direction.tolist()), sun_angle=8.0,
+        spot=(0.0, 0.0, 0.0), grid=0.0, gloss=False,
     )  # fmt: skip
 
 
@@ -149,23 +162,48 @@ def exposed(scene: SceneSettings, gain: FloatArray) -> SceneSettings:
     return dataclasses.replace(scene, background=background, sun=sun)
 
 
-def gain_to(color: FloatArray, alpha: FloatArray, picture: ByteArray, mask: FloatArray) -> FloatArray:
-    """By what to multiply the lights (3,), linear RGB, so that a rendered person is as bright and as coloured as in the picture.
+def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, scene: SceneSettings, settings: RenderSettings) -> FloatArray:
+    """What a scene's lights give the vertices that the photo shows, irradiance over pi (V, 3) float32; elsewhere about the mean.
 
     Parameters
     ----------
-    color, alpha : (S, S, 3), (S, S)
-        The rendered person: linear RGB times opacity, and opacity.
-    picture, mask : (N, N, 3) uint8, (N, N) float
-        The photo and the person's opacity in it, of the same field of view.
+    surface, vertices : Surface, (V, 3)
+        The person, and where its vertices are in the world.
+    camera, scene, settings : ViewCamera, SceneSettings, RenderSettings
+        A grey person is rendered with them, and its brightness read at each vertex.
     """
-    import cv2
+    grey = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
+    bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=grey)
+    cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), scene).cutout(vertices, camera)
+    size = settings.size
+    at = np.clip(camera.project(vertices, size), 0, size - 1e-3).astype(np.int64)
+    alpha = cut.alpha[at[:, 1], at[:, 0]]
+    normals = vertex_normals(surface.vertices, surface.faces)
+    known = (alpha > 0.95) & (normals[:, 2] > 0.2)
+    if surface.visible is not None:
+        known &= surface.visible
+    if not known.any():
+        return np.ones_like(surface.colors, np.float32)
+    light = cut.color[at[:, 1], at[:, 0]] / np.maximum(alpha, 1e-3)[:, None] / _GREY
+    filled = np.where(known[:, None], light, light[known].mean(axis=0))
+    for _ in range(_SPREAD):
+        filled = np.where(known[:, None], light, evened(surface.faces, filled))
+    return np.asarray(np.maximum(filled, _DARKEST), np.float32)
 
-    size = alpha.shape[::-1]
-    photo = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    both = (alpha > 0.95) & (cv2.resize(mask, size, interpolation=cv2.INTER_AREA) > 0.95)
-    if both.sum() < 20:
-        return np.ones(3)
-    wanted, given = srgb_to_linear(photo[both] / np.float32(255)), color[both]
-    gain: FloatArray = np.clip(wanted.mean(axis=0) / np.maximum(given.mean(axis=0), 1e-4), 0.25, 4.0)
-    return gain
+
+def without_light(surface: Surface, light: FloatArray) -> Surface:
+    """A surface whose colours and texture are divided by the light (V, 3) on its vertices, linear, so that under it it looks as before."""
+    colors = linear_to_srgb(np.clip(srgb_to_linear(surface.colors) / light, 0, 1)).astype(np.float32)
+    if surface.uv is None or surface.texture is None:
+        return dataclasses.replace(surface, colors=colors)
+    size = surface.texture.shape[0]
+    face, weight = texels(surface.uv.astype(np.float64) * size, size)
+    rows, columns = nearest_known(face >= 0)  # the charts' borders go on
+    texture = np.empty_like(surface.texture)
+    for top in range(0, size, 256):  # bounded memory
+        part = slice(top, top + 256)
+        at = rows[part], columns[part]
+        over = (light[surface.faces[face[at]]] * weight[at][..., None]).sum(axis=2)
+        linear = srgb_to_linear(surface.texture[part] / np.float32(255))
+        texture[part] = to_bytes(linear_to_srgb(np.clip(linear / np.maximum(over, _DARKEST), 0, 1)))
+    return dataclasses.replace(surface, colors=colors, texture=texture)

@@ -282,7 +282,7 @@ class Renderer:
 
         Returns
         -------
-        (size, size, 3) uint8, sRGB; (size, size, 4) with straight alpha where the settings' background is "transparent".
+        (height, width, 3) uint8 of the settings' `shape`, sRGB; (height, width, 4) with straight alpha where the settings' background is "transparent".
 
         Raises
         ------
@@ -290,9 +290,10 @@ class Renderer:
             `vertices` has another shape than the surface's or holds NaN.
         """
         if self.settings.background == "stage":
-            return to_bytes(linear_to_srgb(self.linear(vertices, camera)))
+            return to_bytes(linear_to_srgb(self.linear(vertices, camera)[self.settings.window]))
         cut = self.cutout(vertices, camera)
-        return cut.rgba() if self._behind is None else to_bytes(linear_to_srgb(cut.over(self._behind)))
+        picture = cut.rgba() if self._behind is None else to_bytes(linear_to_srgb(cut.over(self._behind)))
+        return picture[self.settings.window]
 
     def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:
         """The fraction of each pixel that the person covers, (size, size) float32 in [0, 1], from `samples` rays a pixel."""
@@ -373,11 +374,14 @@ def _behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray 
     if settings.background == "image":
         if backdrop is None or backdrop.ndim != 3 or backdrop.shape[2] != 3 or backdrop.dtype != np.uint8:
             raise InputError("the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop")
-        side = min(backdrop.shape[:2])
-        top, left = (backdrop.shape[0] - side) // 2, (backdrop.shape[1] - side) // 2
-        square = backdrop[top : top + side, left : left + side]
-        how = cv2.INTER_AREA if side > settings.size else cv2.INTER_CUBIC
-        return srgb_to_linear(cv2.resize(square, (settings.size, settings.size), interpolation=how) / np.float32(255))
+        width, height = settings.shape
+        scale = min(backdrop.shape[1] / width, backdrop.shape[0] / height)  # the largest middle part of the frame's shape
+        wide, high = round(scale * width), round(scale * height)
+        top, left = (backdrop.shape[0] - high) // 2, (backdrop.shape[1] - wide) // 2
+        how = cv2.INTER_AREA if scale > 1 else cv2.INTER_CUBIC
+        whole = np.zeros((settings.size, settings.size, 3), np.uint8)
+        whole[settings.window] = cv2.resize(backdrop[top : top + high, left : left + wide], (width, height), interpolation=how)
+        return srgb_to_linear(whole / np.float32(255))
     if settings.background.startswith("#"):
         return srgb_to_linear(np.array([int(settings.background[i : i + 2], 16) for i in (1, 3, 5)], np.float32) / 255)
     return None

@@ -12,7 +12,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS
-from a2v.types import Body, ByteArray, OrthographicCamera, Reconstruction, Subject
+from a2v.types import Body, ByteArray, OrthographicCamera, Reconstruction, RenderSettings, Subject
 from pipelines.answer import Answer
 from pipelines.graph import Parameters, video_graph
 from pipelines.inputs import LookOptions, MovingStages, PhotoOptions, RunOptions, check_writable
@@ -82,7 +82,7 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
     graph = video_graph(recorded=options.motion.motion is not None)
     if method == "warp":
         outcome = options.running.run(["subject", "body", "photo_camera", "poses", "camera"], parameters, graph=graph)
-        frames = _warped(outcome, parameters["render"].size)
+        frames = _warped(outcome, parameters["render"])
     else:
         overrides = _mirrored(options, parameters, graph) if method == "mirror" else {}
         outcome = options.running.run(["frame", "poses"], parameters, graph=graph, overrides=overrides)
@@ -100,7 +100,7 @@ def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str,
     return {"colored": outcome.store.put(colored)}
 
 
-def _warped(outcome: Outcome, size: int) -> Sequence[list[ByteArray]]:
+def _warped(outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray]]:
     """The frames of every view by `a2v.evaluation.warp.Warp`."""
     from a2v.animation import deform
     from a2v.animation.bind import skin_of
@@ -112,6 +112,9 @@ def _warped(outcome: Outcome, size: int) -> Sequence[list[ByteArray]]:
     posed = [deform(skin, transforms) for transforms in poses.bone_transforms]
     cameras = np.asarray(outcome.values["camera"])
     return [
-        [warp.frame(vertices, outcome.store.get(ref, ViewCamera), size) for vertices, ref in zip(posed, column, strict=True)]
+        [
+            warp.frame(vertices, outcome.store.get(ref, ViewCamera), render.size)[render.window]
+            for vertices, ref in zip(posed, column, strict=True)
+        ]
         for column in cameras.T
     ]

@@ -27,9 +27,8 @@ EXAMPLES = """examples:
   a2v video --photo me.jpg --action Walk --out out/walk
   a2v video --photo me.jpg --action "sneak for 3 s, then run away" --out out/escape       in words
   a2v video --photo me.jpg --motion dance.bvh --fps 24 --views front --size 720 --out out/dance
-  a2v video --photo me.jpg --action Jump --views front,turntable --look night --out out/jump
+  a2v video --photo me.jpg --action Jump --views front,turntable --look night --aspect 16:9 --out out/jump
   a2v video --photo me.jpg --action Walk --background photo --from-photo --out out/stroll                  out of the picture
-  a2v video --photo me.jpg --action Jump --animation gif --max-mb 5 --sheet --out out/wave
   a2v video --photo me.jpg --action Run --out out/run --only frame      only up to the frames, as PNG
 
 The folder gets video.mp4 (the views side by side), one MP4 a view, character.glb, motion.bvh, motion.npz, preview.html

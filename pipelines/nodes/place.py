@@ -16,7 +16,7 @@ from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 from pipelines.store import Ref, current, get, put
 
 _TRIAL = 256
-"""Pixels a side of the picture by which the lights are set."""
+"""Pixels a side of the picture by which the lights are set; twice as many where their light on the person is read."""
 
 
 @memo()
@@ -27,8 +27,7 @@ def place(
     from a2v.animation.entrance import photo_to_world
     from a2v.perception import decode_photo
     from a2v.perception.paint_out import in_photo, paint_out
-    from a2v.rendering import Renderer
-    from a2v.rendering.place import estimate_light, exposed, gain_to, square, square_mask
+    from a2v.rendering.place import estimate_light, exposed, light_on, square
     from a2v.rendering.place import photo_camera as camera_of
 
     person, found = load_character(current().address, character), get(subject, Subject)
@@ -36,13 +35,13 @@ def place(
     mask = in_photo(found.mask, found.crop, found.photo_size)
     offset = photo_to_world(person.body)
     camera = camera_of(found, get(photo_camera, OrthographicCamera), person.surface, offset)
-    seen, frame = square(pixels)
-    scene = estimate_light(person.surface)
-    trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, background="transparent")
+    picture, frame = square(paint_out(pixels, mask))
     vertices = person.surface.vertices + offset.astype(np.float32)
-    cut = Renderer(person.surface, trial, scene=scene).cutout(vertices, camera)
-    scene = exposed(scene, gain_to(cut.color, cut.alpha, seen, square_mask(mask, frame)))
-    return put(Place(picture=square(paint_out(pixels, mask))[0], camera=camera, scene=scene, frame=frame))
+    trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, aspect="1:1")
+    scene = estimate_light(person.surface)
+    scene = exposed(scene, 1 / light_on(person.surface, vertices, camera, scene, trial).mean(axis=0))
+    light = light_on(person.surface, vertices, camera, scene, dataclasses.replace(trial, size=2 * _TRIAL))
+    return put(Place(picture=picture, camera=camera, scene=scene, frame=frame, light=light))
 
 
 @memo()
@@ -56,12 +55,14 @@ def placed(character: Ref[Character], posed: Ref[Vertices], place: Ref[Place], l
 def _renderer(address: str, character: Ref[Character], place: Ref[Place], look: Ref[RenderSettings]) -> Any:
     """The scene, kept for the frames that follow in the same process."""
     from a2v.rendering import Renderer
+    from a2v.rendering.place import without_light
     from pipelines.store import Store
 
     store = Store(address)
-    settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image")
+    settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image", aspect="1:1")
     where = store.get(place, Place)
-    return Renderer(load_character(address, character).surface, settings, scene=where.scene, backdrop=where.picture)
+    surface = without_light(load_character(address, character).surface, where.light)
+    return Renderer(surface, settings, scene=where.scene, backdrop=where.picture)
 
 
 @memo()

@@ -30,7 +30,7 @@ def look(render: RenderSettings) -> Ref[RenderSettings]:
         variant, message = choose_variant()
         if message:
             note(message)
-    return put(dataclasses.replace(render, variant=variant, views=VIEWS, threads=0, provenance={}))
+    return put(dataclasses.replace(render, variant=variant, views=VIEWS, titles=False, threads=0, provenance={}))
 
 
 @memo()
@@ -88,9 +88,13 @@ def clip(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
 
 
 @memo()
-def video(frame: np.ndarray, poses: Ref[Poses]) -> Ref[Blob]:
-    """All views side by side as an MP4."""
-    return put(encode((np.concatenate([get(ref, Image).pixels for ref in row], axis=1) for row in frame), get(poses, Poses).fps))
+def video(frame: np.ndarray, poses: Ref[Poses], render: RenderSettings) -> Ref[Blob]:
+    """All views side by side as an MP4, with their names above them if the settings say so."""
+    from a2v.rendering import contact_sheet
+
+    labels = render.views if render.titles else None
+    rows = ([get(ref, Image).pixels for ref in row] for row in frame)
+    return put(encode((contact_sheet(row, rows=1, cols=len(row), labels=labels, gap=0) for row in rows), get(poses, Poses).fps))
 
 
 def encode(frames: Iterator[np.ndarray], fps: float) -> Blob:

@@ -11,8 +11,9 @@ import trimesh
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.mesh import vertex_normals
-from a2v.rendering.place import DIRECTED, estimate_light, exposed, gain_to, photo_camera, square
-from a2v.types import OrthographicCamera, Subject, Surface
+from a2v.rendering import Renderer, SceneSettings, ViewCamera
+from a2v.rendering.place import DIRECTED, estimate_light, exposed, light_on, photo_camera, square, without_light
+from a2v.types import OrthographicCamera, RenderSettings, Subject, Surface
 
 CAMERA = OrthographicCamera(scale=100.0, center_u=90.0, center_v=230.0)
 
@@ -79,15 +80,48 @@ def test_light_comes_from_the_bright_side(side):
     assert srgb_to_linear(np.array(scene.background)).min() >= 1 - DIRECTED - 1e-6
 
 
-def test_the_gain_makes_a_render_as_bright_as_the_photo():
-    photo = np.full((40, 40, 3), (120, 90, 60), np.uint8)
-    alpha = np.zeros((20, 20), np.float32)
-    alpha[5:15, 5:15] = 1
-    color = alpha[..., None] * np.float32([0.1, 0.1, 0.1])
-    gain = gain_to(color, alpha, photo, np.kron(alpha, np.ones((2, 2), np.float32)))
-    np.testing.assert_allclose(gain * 0.1, srgb_to_linear(np.array([120, 90, 60]) / 255), rtol=1e-4)
+def test_lights_can_be_made_brighter_up_to_white():
     scene = estimate_light(board(0))
     brighter = exposed(scene, np.array([1.0, 0.5, 2.0]))
     np.testing.assert_allclose(brighter.sun, np.array(scene.sun) * (1, 0.5, 2))
     assert max(brighter.background) <= 1
-    np.testing.assert_array_equal(gain_to(color, np.zeros_like(alpha), photo, np.zeros((40, 40))), np.ones(3))
+
+
+def test_light_is_taken_out_of_colours_and_texture_alike():
+    """Two triangles of a texture of their own: what is divided by the light at its place, and given back by it."""
+    draw = np.random.default_rng(1)
+    texture = draw.integers(40, 120, (64, 64, 3), dtype=np.uint8)
+    uv = np.float32([[[0.1, 0.1], [0.9, 0.1], [0.9, 0.9]], [[0.1, 0.1], [0.9, 0.9], [0.1, 0.9]]])
+    plain = dataclasses.replace(board(0), uv=uv, texture=texture, colors=np.full((4, 3), 0.4, np.float32))
+    light = np.float32([[0.5], [0.5], [1.5], [1.5]]) * np.float32([1, 0.8, 1.2])  # brighter upwards
+    bare = without_light(plain, light)
+    np.testing.assert_allclose(srgb_to_linear(bare.colors) * light, srgb_to_linear(plain.colors), rtol=1e-4)
+    assert bare.texture is not None
+    height = np.clip((1 - (np.arange(64) + 0.5) / 64 - 0.1) / 0.8, 0, 1)
+    inside = slice(8, 56)
+    given = (0.5 + height)[inside, None, None] * np.array([1, 0.8, 1.2])
+    before = srgb_to_linear(texture[inside, inside] / 255)
+    after = srgb_to_linear(bare.texture[inside, inside] / 255)
+    np.testing.assert_allclose(after * given, before, rtol=0.03, atol=2e-3)
+
+
+def test_a_person_without_its_light_looks_under_it_as_in_the_photo():
+    """A ball whose texture holds shading of any kind: the first frame shows it again, whatever the lights are."""
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    vertices, faces = (0.9 * ball.vertices + (0, 1.0, 0)).astype(np.float32), ball.faces.astype(np.int32)
+    shown = 0.25 + 0.2 * np.maximum(vertex_normals(vertices, faces) @ np.array([-0.8, 0.0, 0.6]), 0)
+    person = Surface(vertices=vertices, faces=faces, colors=np.float32(shown[:, None] * [1.0, 0.9, 0.7]))
+    camera = ViewCamera(origin=(0.0, 1.0, 25.0), target=(0.0, 1.0, 0.0), fov=5)
+    settings = RenderSettings(size=96, spp=16, threads=1)
+    scene = SceneSettings(
+        sun=(0.7, 0.7, 0.7), sun_direction=(0.9, 1.0, 0.3), spot=(0, 0, 0), background=(0.7, 0.7, 0.7), grid=0, gloss=False
+    )
+    light = light_on(person, vertices, camera, scene, settings)
+    pictures = [
+        Renderer(one, dataclasses.replace(settings, background="transparent"), scene).cutout(vertices, camera)
+        for one in (person, without_light(person, light))
+    ]
+    wanted = Renderer(person, settings, scene).layers(vertices, camera, spp=4).albedo
+    middle = (pictures[0].alpha > 0.98) & (np.hypot(*(np.indices((96, 96)) - 47.5)) < 30)
+    off = [255 * np.abs(linear_to_srgb(picture.color[middle]) - linear_to_srgb(wanted[middle])).mean() for picture in pictures]
+    assert off[1] < 3 < off[0] / 3

@@ -153,3 +153,9 @@ with np.load(folder / "jumps.npz") as native:
 # %%
 script = ["../export/sample.py", str(model.path), "--action", "throw", "--frames", "60", "--out", str(folder / "throw.bvh")]
 print(subprocess.run([sys.executable, *script], check=True, capture_output=True, text=True).stdout.strip().split("/")[-1])
+
+# %% [markdown]
+# ## In the browser
+# `a2v motion --page motions.html` writes one file that samples the model in the browser, without server or network: actions to search, seed, length and
+# guidance to choose, played by sticks or by a character (`write_motion_page` of `a2v.motion.page`; [the page](../docs/motion_page.md)). A seed makes the
+# same motion there as here.

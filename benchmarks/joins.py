@@ -16,6 +16,7 @@ import numpy as np
 from a2v.evaluation.classifier import load_evaluator
 from a2v.kinematics.ground import face_forward, heading
 from a2v.motion import MotionModel
+from a2v.motion.samplers import ENDING_FRAMES
 from a2v.types import FloatArray
 
 EVALUATORS = {"cmu": "action_recognition_model_mocap_new.tar", "humanact12": "action_recognition_model_humanact12.tar"}
@@ -54,7 +55,8 @@ def speeds(name: str, action: str, clips: int) -> tuple[float, float]:
     model = MotionModel.load(name)
     sampler, card = model.sampler, model.card
     label, given = model.label(action), card.context_frames  # type: ignore[attr-defined]
-    usable = max(round(sampler.active_share(label) * card.window_frames), given + 4)  # type: ignore[union-attr, attr-defined]
+    whole = round(sampler.active_share(label) * card.window_frames) - ENDING_FRAMES  # type: ignore[union-attr, attr-defined]
+    usable = max(whole, given + 4)
     joins = usable + np.arange(max(3, 200 // usable)) * (usable - given)
     frames = int(joins[-1]) + 6
     made, _ = model.generate(np.full((clips, frames), label), np.tile(model.bone_lengths, (clips, 1)), np.random.default_rng(1))

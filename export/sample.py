@@ -110,7 +110,8 @@ class Model:
         joints = rotations = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
         for end in [*(np.flatnonzero(labels[1:] != labels[:-1]) + 1), len(labels)]:
             shares = meta["active"][labels[end - 1]]
-            share = np.float32(shares[int(0.9 * (len(shares) - 1))])  # how much of a window such clips move (90 % quantile)
+            middle = shares[(len(shares) - 1) // 2]  # how much of a window such clips move: the 90 % quantile, the median of short ones
+            share = np.float32(middle if middle < 0.3 else shares[int(0.9 * (len(shares) - 1))])
             usable = max(round(float(share) * meta["window_frames"]), given + 4)
             while joints.shape[1] < end:
                 following = joints.shape[1] > 0
@@ -126,8 +127,9 @@ class Model:
                     "bone_lengths": lengths,
                 }
                 new, rotated = self._run(feed)
-                skip = given if following else 0
-                take = slice(skip, skip + min(usable - skip, end - joints.shape[1]))
+                skip, left = given if following else 0, end - joints.shape[1]
+                # a window that is gone on from does without its last two frames, in which clips come to rest
+                take = slice(skip, skip + left if left <= usable - skip else max(usable - 2, given + 4))
                 joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
                 rotations = np.concatenate([rotations, rotated[:, take]], axis=1)
         return joints, rotations

@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from pipelines.store import File
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
-    from a2v.motion.direct import Direction
     from a2v.motion.prompts import Step
+    from a2v.motion.wishes import Direction
 
 AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
 """The default model, and what it stands for: the papers' eight actions where nothing else is asked for, 124 otherwise."""
@@ -60,8 +60,8 @@ def length_of(*, frames: int | None, seconds: float | None, fps: float, longest:
     return frames
 
 
-def open_model(name: str, action: str = "", *, timeline: str | None = None, path: str | None = None) -> MotionModel:
-    """The named model; for `AUTO` the one for what is asked for: paths and timelines take the many actions.
+def open_model(name: str, action: str = "", *, timeline: str | None = None, directed: bool = False) -> MotionModel:
+    """The named model; for `AUTO` the one for what is asked for: timelines and what is directed take the many actions.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def open_model(name: str, action: str = "", *, timeline: str | None = None, path
 
     if name != AUTO:
         return MotionModel.load(name)
-    if action and timeline is None and path is None:
+    if action and timeline is None and not directed:
         few = MotionModel.load(FEW)
         with contextlib.suppress(InputError):  # nothing among the few comes near
             if all(match.score >= 1 for match in parse_prompt(action, Vocabulary.of(few.card))[1]):
@@ -111,11 +111,10 @@ def motion_inputs(
     fps: float = SHOWN_FPS,
     seed: int = 0,
     timeline: str | None = None,
-    path: str | None = None,
-    pace: float | None = None,
     edit: Edit = Edit(),
+    **way: Any,
 ) -> Parameters:
-    """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion; see `length_of`.
+    """The graph's parameters for a generated (`model`) or a recorded (`motion`, a file) motion; see `length_of` and `WayOptions`.
 
     Raises
     ------
@@ -123,35 +122,77 @@ def motion_inputs(
         An unknown model or file, an action that nothing comes near (the nearest are named), or a number out of range.
     """
     if motion is not None:
-        if alone := [name for name, value in (("timeline", timeline), ("path", path)) if value is not None]:
+        if alone := [name for name, value in (("timeline", timeline), *way.items()) if value is not None]:
             raise InputError(f"{alone[0]} cannot be given with motion; a recorded motion goes where it went")
         length = length_of(frames=frames, seconds=seconds, fps=fps)
         return {"motion_file": File.of(motion), "action": action, "frames": length, "fps": fps, "edit": edit}
-    opened = open_model(model, action, timeline=timeline, path=path)
+    asked_way = WayOptions(**way)
+    opened = open_model(model, action, timeline=timeline, directed=asked_way.given)
     steps, _ = read_steps(opened, action, timeline)
     length = length_of(frames=frames, seconds=seconds, fps=fps, longest=opened.card.frames / opened.fps)
-    direction = read_direction(opened, steps, path, pace)
+    direction = read_direction(opened, steps, asked_way, fps=fps)
     asked = {"steps": tuple(steps), "frames": length, "seed": seed, "fps": fps}
     return {"model": File.of(opened.path), **asked, "edit": edit, "direction": direction}
 
 
-def read_direction(model: MotionModel, steps: Sequence[Step], path: str | None, pace: float | None) -> Direction | None:
-    """Where the motion shall go; None where nothing is asked for.
+def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *, fps: float, count: int = 1) -> Direction | None:
+    """Where the motion shall go, and what shall be on its way; None where nothing is asked for.
 
     Raises
     ------
     InputError
-        The path is none, or the model or the steps cannot take one.
+        A file or a number is none, or the model or the steps cannot take it.
     """
-    from a2v.motion.direct import Direction, check_directed, read_path
+    from a2v.motion.direct import check_directed
+    from a2v.motion.keyframes import read_holds, read_keyframes, read_poses
+    from a2v.motion.ways import read_path
+    from a2v.motion.wishes import Direction, Keyframe
 
-    if path is None:
-        if pace is not None:
-            raise InputError(f"pace is {pace:g}, but there is no path; give one with --path, or change the tempo with --speed")
+    if way.path is None and way.pace is not None:
+        raise InputError(f"pace is {way.pace:g}, but there is no path; give one with --path, or change the tempo with --speed")
+    if not way.given:
         return None
-    direction = Direction(path=read_path(path), pace=pace)
-    check_directed(model, steps)
+    path = None if way.path is None else read_path(way.path)
+    check_directed(model, steps, Direction(path=path), count=count)
+    keys, holds = ([], []) if way.keyframes is None else read_keyframes(way.keyframes, model, fps=fps)
+    if way.start_pose is not None:
+        keys += [Keyframe(time=at, joints=pose) for at, pose in read_poses(way.start_pose, model)]
+    if way.end_pose is not None:
+        poses = read_poses(way.end_pose, model)
+        keys += [Keyframe(time=poses[-1][0] - at, joints=pose, to_end=True) for at, pose in poses]
+    holds += [] if way.hold is None else read_holds(way.hold)
+    heading = None if way.heading is None else float(np.radians(way.heading))
+    direction = Direction(path=path, pace=way.pace, heading=heading, keyframes=tuple(keys), holds=tuple(holds))
+    check_directed(model, steps, direction)
     return direction
+
+
+@dataclass(frozen=True, kw_only=True)
+class WayOptions:
+    """Where a motion goes, and what is on its way (docs/motion.md)."""
+
+    path: str | None = option("go along this: points 'x,z x,z ...' in metres, or a .csv, .yaml or .svg file", default=None)
+    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None, rare=True)
+    heading: float | None = option("face this way all along, degrees: 0 is ahead, 90 the left", default=None, metavar="DEGREES", rare=True)
+    keyframes: str | None = option(
+        "YAML file of poses of motion files, places and headings at given times, and joints that are held",
+        default=None,
+        metavar="FILE",
+        rare=True,
+    )
+    start_pose: str | None = option(
+        "the first pose: that of a motion file, FILE#12, or FILE#8-15 for some", default=None, metavar="FILE", rare=True
+    )
+    end_pose: str | None = option("the last pose, likewise", default=None, metavar="FILE", rare=True)
+    hold: str | None = option(
+        "joints that are held: 'left_wrist 0.3,1.4,0.4 from 1 to 2; ...', metres and seconds; 'left_wrist body ...' from the root",
+        default=None, metavar="WHAT", rare=True,
+    )  # fmt: skip
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is asked for."""
+        return any(getattr(self, item.name) is not None for item in dataclasses.fields(WayOptions) if item.name != "pace")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,12 +223,10 @@ class PlanOptions:
     frames: int | None = option(FRAMES, default=None, rare=True)
     fps: float = option(FPS, default=SHOWN_FPS)
     seed: int = option("seed of the motion: another seed, another performance", default=0)
-    path: str | None = option("go along this: points 'x,z x,z ...' in metres, or a .csv of two columns", default=None)
-    pace: float | None = option("metres a second along --path; by default as fast as the action goes", default=None, rare=True)
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionOptions(EditOptions, PlanOptions):
+class MotionOptions(EditOptions, WayOptions, PlanOptions):
     """A motion for one person, generated or recorded."""
 
     motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
@@ -202,4 +241,4 @@ class MotionOptions(EditOptions, PlanOptions):
         """What the words of the action were taken for, a line a part that is not an action's own name."""
         if self.motion is not None:
             return []
-        return read_steps(open_model(self.model, self.action, timeline=self.timeline, path=self.path), self.action, self.timeline)[1]
+        return read_steps(open_model(self.model, self.action, timeline=self.timeline, directed=self.given), self.action, self.timeline)[1]

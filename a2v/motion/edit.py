@@ -7,6 +7,7 @@ belongs to a step.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,6 @@ from a2v.kinematics.transforms import bone_lengths, forward_kinematics
 from a2v.motion.card import ModelCard
 from a2v.types import FloatArray, IntArray, Motion
 
-#: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
 RISING = ("Climb", "Step")
 """The papers' actions, and families of finer ones, that go up."""
 
@@ -31,6 +31,7 @@ FLYING = ("jump", "hop", "leap", "kick", "ballet", "run", "animal", "dive")
 AIR_SECONDS, TOE_SECONDS = 0.7, 0.15
 """How long no joint is near the ground at most: in a jump, and where a foot always is."""
 
+#: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
 LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
 #: How velocities count beside positions where a cycle is closed, seconds.
 VELOCITY_SECONDS = 0.15
@@ -122,6 +123,14 @@ def air_seconds(card: ModelCard, action: str) -> float:
     """How long nobody who does this touches the ground, at most."""
     words = " ".join((action, *_traits(card, action))).lower()
     return AIR_SECONDS if any(part in words for part in FLYING) else TOE_SECONDS
+
+
+def settled(motion: Motion, card: ModelCard, actions: Iterable[str]) -> Motion:
+    """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as it is where one of them goes up."""
+    names = tuple(actions)
+    if any(rises(card, name) for name in names):
+        return motion
+    return settle(motion, seconds=max(air_seconds(card, name) for name in names))
 
 
 def settle(motion: Motion, *, seconds: float = AIR_SECONDS) -> Motion:

@@ -17,6 +17,7 @@ from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
 from a2v.motion.placement import leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
 from a2v.motion.samplers import Noise, StepSampler, WindowSampler, normal_noise
+from a2v.motion.steer import Guide
 from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, IntArray, Motion
 
@@ -126,6 +127,7 @@ class MotionModel:
         start: FloatArray | None = None,
         *,
         anew: bool = False,
+        guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
 
@@ -144,6 +146,8 @@ class MotionModel:
         anew : bool
             Where the action changes, whole windows begin without what was before, which fades into them: the second action is told
             more clearly. `export/sample.py` knows only what goes on.
+        guide : Guide or None
+            What steers the windows of one clip, and where it begins (`a2v.motion.direct`).
 
         Returns
         -------
@@ -160,7 +164,7 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew)
+        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew, guide=guide)
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from a2v.errors import InputError
 from a2v.kinematics import Skeleton, bone_vectors, inverse_kinematics
 from a2v.kinematics.ground import face_forward, heading
 from a2v.motion.card import STATE_NAMES, StepCard, WindowCard
-from a2v.motion.steer import CodeReader, Steering
+from a2v.motion.steer import CodeReader, Guide, Steering
 from a2v.sessions import open_session, run_rows
 from a2v.types import FloatArray, IntArray
 
@@ -21,6 +22,12 @@ Noise = Callable[[tuple[int, ...], int], FloatArray]
 
 CHANGE_SECONDS = 0.5
 """Over which one action fades into another."""
+
+SHORT_SHARE = 0.3
+"""Share of a window under which the middle clip of an action is short: somebody who runs through the laboratory, in three seconds at most."""
+
+ENDING_FRAMES = 2
+"""Frames at the end of a window's motion in which it comes to rest; a window that is gone on from does without them."""
 
 RESULTS = ("joints", "rotations")
 """Outputs of every graph: metres, and rotation vectors, (N, T, J, 3) each."""
@@ -53,9 +60,18 @@ class StepSampler:
         return joints, rotations
 
     def generate(
-        self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None, *, anew: bool = False
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        noise: Noise,
+        start: FloatArray | None,
+        *,
+        anew: bool = False,
+        guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """See `MotionModel.generate`; `noise` is asked once, and `anew` says nothing: states go on."""
+        """See `MotionModel.generate`; `noise` is asked once, and `anew` says nothing: states go on. It cannot be guided."""
+        if guide is not None:
+            raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
         drawn = noise((*labels.shape, self.card.latent_size), 0)
         return (
             self.run(labels, noise=drawn, lengths=lengths)
@@ -102,9 +118,13 @@ class WindowSampler:
         return shares
 
     def active_share(self, label: int) -> float:
-        """Share of a window that clips of an action typically move: the 90 % quantile of `active_shares`."""
+        """Share of a window that clips of an action move: the 90 % quantile of `active_shares`, the median of short ones.
+
+        The few long ones among short clips are others: people who slow down and stop (docs/results/motion_direction.md).
+        """
         shares = self.active_shares(label)
-        return float(shares[int(0.9 * (len(shares) - 1))])
+        middle = float(shares[(len(shares) - 1) // 2])
+        return middle if middle < SHORT_SHARE else float(shares[int(0.9 * (len(shares) - 1))])
 
     def run(
         self,
@@ -169,7 +189,14 @@ class WindowSampler:
         )
 
     def generate(
-        self, labels: IntArray, lengths: FloatArray, noise: Noise, start: FloatArray | None, *, anew: bool = False
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        noise: Noise,
+        start: FloatArray | None,
+        *,
+        anew: bool = False,
+        guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each.
 
@@ -192,19 +219,39 @@ class WindowSampler:
                 context, changing = None, anew and joints.shape[1] in changes and ahead.shape[1] > 0
                 if joints.shape[1] and not changing:
                     context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
-                drawn = noise((count, self.card.latent_size), joints.shape[1])
-                new, rotated = self.run(label, active=share, noise=drawn, lengths=lengths, context=context)
-                if context is not None:
-                    new = (new + context[:, :1, :1])[:, given:]
-                    rotated = rotated[:, given:]
-                if changing:
-                    new = crossfade(joints, ahead, new, self.card.skeleton)
-                    rotated = inverse_kinematics(new, self.card.skeleton).astype(np.float32)
-                take = min(usable - (given if context is not None else 0), end - joints.shape[1])
-                ahead = new[:, np.minimum(np.arange(take, take + fade), new.shape[1] - 1)]
-                joints = np.concatenate([joints, new[:, :take]], axis=1)
-                rotations = np.concatenate([rotations, rotated[:, :take]], axis=1)
+                known, left = given if context is not None else 0, end - joints.shape[1]
+                take = left if left <= usable - known else max(usable - ENDING_FRAMES, given + 4) - known
+                run = functools.partial(
+                    self._window, label, active=share, noise=noise((count, self.card.latent_size), joints.shape[1]), lengths=lengths,
+                    context=context, before=(joints, ahead) if changing else None,
+                )  # fmt: skip
+                if guide is None:
+                    new, rotated = run()
+                else:
+                    take = guide.until(joints.shape[1], joints.shape[1] + take) - joints.shape[1]
+                    new, rotated = _guided(run, guide, joints, known=known, take=take, skeleton=self.card.skeleton)
+                ahead = new[:, np.minimum(np.arange(known + take, known + take + fade), new.shape[1] - 1)]
+                joints = np.concatenate([joints, new[:, known : known + take]], axis=1)
+                rotations = np.concatenate([rotations, rotated[:, known : known + take]], axis=1)
         return joints, rotations
+
+    def _window(
+        self,
+        label: IntArray,
+        steering: Steering | None = None,
+        *,
+        context: FloatArray | None,
+        before: tuple[FloatArray, FloatArray] | None,
+        **given: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """A whole window where it belongs: at its `context`, or after what was `before` and what would have come (see `crossfade`)."""
+        new, rotated = self.run(label, context=context, steering=steering, **given)
+        if context is not None:
+            new = new + context[:, :1, :1]
+        if before is not None:
+            new = crossfade(*before, new, self.card.skeleton)
+            rotated = inverse_kinematics(new, self.card.skeleton).astype(np.float32)
+        return new, rotated
 
     def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
         """See `MotionModel.generate_like_data`: how long each clip moves is drawn from the data's distribution for its action.
@@ -224,6 +271,26 @@ class WindowSampler:
         away = np.array([generator.choice(self.card.headings[int(label)]) for label in labels])
         turned: FloatArray = face_forward(joints, np.stack([np.cos(away), -np.sin(away)], axis=-1)).astype(np.float32)
         return turned
+
+
+def _guided(
+    run: Callable[..., tuple[FloatArray, FloatArray]], guide: Guide, joints: FloatArray, *, known: int, take: int, skeleton: Skeleton
+) -> tuple[FloatArray, FloatArray]:
+    """A window after `joints` (1, T, J, 3) as `guide` wants it, of which the first `known` frames are the last of these."""
+    first = joints.shape[1] - known
+    place, yaw = guide.start
+    if joints.shape[1]:
+        at = min(first, joints.shape[1] - 1)
+        place, yaw = joints[0, at, 0].astype(np.float64), float(heading(joints[0, at], skeleton))
+    asking = guide.window(first, (known, known + take), place, yaw)
+    steering = next(asking)
+    while True:
+        new, _ = run(steering)
+        new = new if joints.shape[1] else guide.begin(new)
+        try:
+            steering = asking.send(new[0].astype(np.float64))
+        except StopIteration:
+            return new, inverse_kinematics(new, skeleton).astype(np.float32)
 
 
 def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton) -> FloatArray:

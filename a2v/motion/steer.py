@@ -7,14 +7,15 @@ flow settles the rest around it. What normalisation moves is measured in the res
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from a2v.kinematics import Skeleton
 from a2v.motion.features import ROOT_WEIGHT
-from a2v.types import FloatArray, IntArray
+from a2v.types import FloatArray
 
 
 @dataclass(frozen=True)
@@ -40,29 +41,43 @@ class CodeReader:
     metres_per_unit: float
     frames: int
 
-    def root(self, frames: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3), metres, in the window's own axes."""
+    def root(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Places of the root at `frames` (F,) against the first: rows (F, 3, D) and offsets (F, 3), metres, in the window's own axes.
+
+        `frames` may lie between two, here and below.
+        """
         scale = self.metres_per_unit / ROOT_WEIGHT
-        basis, mean = self._features()
-        rows = (basis[:, frames, :3] - basis[:, :1, :3]) * scale
-        return np.moveaxis(rows, 0, -1), (mean[frames, :3] - mean[:1, :3]) * scale
+        rows, offset = self._features(frames)
+        first, at_first = self._features(np.zeros(1))
+        return (rows[:, :3] - first[:, :3]) * scale, (offset[:, :3] - at_first[:, :3]) * scale
 
-    def directions(self, frames: IntArray) -> tuple[FloatArray, FloatArray]:
+    def directions(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Directions of all bones at `frames`: rows (F, J - 1, 3, D) and offsets (F, J - 1, 3)."""
-        basis, mean = self._features()
-        joints = self.skeleton.n_joints
-        rows = basis[:, frames, 3:].reshape(len(basis), len(frames), joints - 1, 3)
-        return np.moveaxis(rows, 0, -1), mean[frames, 3:].reshape(len(frames), joints - 1, 3)
+        rows, offset = self._features(frames)
+        bones = (len(rows), self.skeleton.n_joints - 1, 3)
+        return rows[:, 3:].reshape(*bones, -1), offset[:, 3:].reshape(bones)
 
-    def joints(self, frames: IntArray, joints: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    def joints(self, frames: FloatArray, joints: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Places of `joints` (K,) against the root at the same `frames`: rows (F, K, 3, D) and offsets (F, K, 3), metres."""
         levers = self.skeleton.path_matrix[list(joints), 1:] * self.lengths[1:]
         rows, offsets = self.directions(frames)
         return np.einsum("kb,fbxd->fkxd", levers, rows), np.einsum("kb,fbx->fkx", levers, offsets)
 
-    def _features(self) -> tuple[FloatArray, FloatArray]:
+    def _features(self, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rows (F, 3 J, D) and offsets (F, 3 J) of the features at `frames`."""
         size = 3 * self.skeleton.n_joints
-        return self.basis.reshape(len(self.basis), self.frames, size), self.mean.reshape(self.frames, size)
+        basis, mean = self.basis.reshape(len(self.basis), self.frames, size), self.mean.reshape(self.frames, size)
+        rows: FloatArray = np.moveaxis(between_frames(basis, frames, axis=1), 0, -1)
+        return rows, between_frames(mean, frames)
+
+
+def between_frames(values: FloatArray, frames: FloatArray, *, axis: int = 0) -> FloatArray:
+    """Values at `frames` (F,) along `axis`, linear between two."""
+    first = np.clip(np.floor(frames).astype(int), 0, max(values.shape[axis] - 2, 0))
+    share = (frames - first).reshape(-1, *[1] * (values.ndim - axis - 1))
+    after = np.minimum(first + 1, values.shape[axis] - 1)
+    mixed: FloatArray = (1 - share) * np.take(values, first, axis) + share * np.take(values, after, axis)
+    return mixed
 
 
 @dataclass(frozen=True)
@@ -124,3 +139,23 @@ def steer(wishes: Sequence[Wish], correction: FloatArray | None = None) -> Steer
         wanted = wanted + correction
     gain = np.linalg.solve(rows @ rows.T + np.diag(sigma**2), rows)
     return Steering(rows.astype(np.float32), gain.astype(np.float32), wanted[None].astype(np.float32))
+
+
+class Guide(Protocol):
+    """What steers the windows of one clip, one after the other."""
+
+    start: tuple[FloatArray, float]
+    """Where the first root is (3,), metres, and which way the person faces, radians about +y from +z."""
+
+    def begin(self, joints: FloatArray) -> FloatArray:
+        """The clip's first window (1, W, J, 3), which faces +z at the origin, where it begins."""
+
+    def until(self, first: int, end: int) -> int:
+        """Where a window whose frames `first` to `end` (exclusive) are taken shall end."""
+
+    def window(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float) -> Generator[Steering | None, FloatArray, None]:
+        """What steers a window, again and again: each time it is sent what came of it, (W, J, 3), until it has no more to say.
+
+        `first` is the clip's frame that the window's first is, `taken` are its own frames that are taken, `place` (3,) and `yaw` are
+        where its first root is and which way that frame faces.
+        """

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import yaml
@@ -18,12 +19,38 @@ from a2v.motion.edit import check_speed
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Match, Step, Vocabulary
 from a2v.motion.samplers import Noise
+from a2v.motion.steer import Guide
 from a2v.types import FloatArray, Motion
 
 #: Seconds over which tempo changes from one step to the next.
 EASE_SECONDS = 0.5
 
 MAX_TIMELINE_BYTES = 1 << 16
+
+
+@dataclass(frozen=True)
+class Moments:
+    """When the frames of a result take place.
+
+    Attributes
+    ----------
+    at : (T,) float
+        In frames of what is made for it.
+    fps : float
+        Of the result.
+    """
+
+    at: FloatArray
+    fps: float
+
+    @property
+    def seconds(self) -> float:
+        """The last frame's time."""
+        return (len(self.at) - 1) / self.fps
+
+    def frame_of(self, time: float) -> float:
+        """What is made for a time of the result, seconds; the last frame for later ones."""
+        return float(np.interp(time * self.fps, np.arange(len(self.at)), self.at))
 
 
 def read_timeline(source: str | os.PathLike[str], vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
@@ -94,6 +121,7 @@ def perform(
     count: int = 1,
     seed: int = 0,
     lengths: FloatArray | None = None,
+    guide: Callable[[Moments], Guide] | None = None,
 ) -> Motion:
     """Clips of `steps` in turn, each as long as it says.
 
@@ -112,6 +140,8 @@ def perform(
     seed : int
     lengths : (J,) float or None
         Bone lengths, native units; the model's own without.
+    guide : callable or None
+        What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is led to.
 
     Raises
     ------
@@ -127,8 +157,10 @@ def perform(
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
     body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
     noise = _noise_of(steps, starts, seed)
-    joints, rotations = model.generate(np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True)
-    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed)
+    joints, rotations = model.generate(
+        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True, guide=None if guide is None else guide(Moments(at, rate))
+    )
+    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=guide is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     return motion if count > 1 else motion[0]

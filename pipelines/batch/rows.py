@@ -29,8 +29,8 @@ MAX_FILE_BYTES = 64 << 20
 MAX_ROWS = 100_000
 MAX_CELL = 4096
 """Characters of a cell."""
-_FILES = ("photo", "mask", "keypoints", "motion", "camera")
-_MAYBE_FILES = ("model", "background", "look")
+_FILES = ("photo", "mask", "keypoints", "motion", "camera", "keyframes")
+_MAYBE_FILES = ("model", "background", "look", "path")
 _YES_NO = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 

@@ -20,12 +20,11 @@ from a2v.motion.applications import interpolate, matching_actions, on_skeleton, 
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, retimed
 from a2v.motion.prompts import Step
-from a2v.motion.timeline import perform
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
-from pipelines.motion_options import EditOptions, PlanOptions, length_of, open_model, read_direction, read_steps
+from pipelines.motion_options import EditOptions, PlanOptions, WayOptions, length_of, open_model, read_direction, read_steps
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
@@ -44,6 +43,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
   a2v motion --action "sneak for 3 s, then run away" --out escape.bvh         in words
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
+  a2v motion --action Walk --start-pose a.npz#30 --end-pose b.bvh --seconds 3 --out between.bvh   also --keyframes FILE, --hold
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
   a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser
@@ -60,6 +60,7 @@ class Options:
     """What the command takes."""
 
     plan: PlanOptions = group(PlanOptions)
+    way: WayOptions = group(WayOptions)
     out: str = option(f"the file to write: {', '.join(suffixes_of(FORMATS))}", default="")
     count: int = option("clips", default=1)
     bone_scale: float | str = option(
@@ -108,7 +109,7 @@ def run(options: Options) -> Answer:
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
     plan = options.plan
-    model = open_model(plan.model, plan.action, timeline=plan.timeline, path=plan.path)
+    model = open_model(plan.model, plan.action, timeline=plan.timeline, directed=options.way.given)
     if options.count * options.length(model) > MAX_FRAMES:
         raise InputError(f"{options.count} clips of {options.length(model)} frames; expected at most {MAX_FRAMES:,} frames in all")
     if options.native:
@@ -153,14 +154,16 @@ def generate(model: MotionModel, options: Options) -> Motion:
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
     plan, speed = options.plan, options.edits.speed
-    if plan.path is not None or plan.pace is not None:
-        return directed(model, options)
-    if not alone:
+    if options.way.given or options.way.pace is not None or not alone:
+        if alone:
+            raise InputError(f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out")
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
-        return perform(
-            model, understood(model, plan), frames=options.frames_written(model), fps=options.rate(model), speed=speed, count=options.count,
-            seed=plan.seed, lengths=lengths,
+        steps = understood(model, plan)
+        direction = read_direction(model, steps, options.way, fps=options.rate(model), count=options.count)
+        return make_motion(
+            model, steps, frames=options.frames_written(model), fps=options.rate(model), count=options.count, seed=plan.seed, lengths=lengths,
+            edit=Edit(speed=speed), direction=direction,
         )  # fmt: skip
     made = retimed(_application(model, options, alone[0]), fps=options.rate(model), speed=speed)
     return made.first(min(made.frames, options.frames_written(model)))
@@ -191,22 +194,8 @@ def understood(model: MotionModel, plan: PlanOptions) -> list[Step]:
     return steps
 
 
-def directed(model: MotionModel, options: Options) -> Motion:
-    """The clip of --path.
-
-    Raises
-    ------
-    InputError
-        The path is none, several clips are asked for, or the model cannot be directed.
-    """
-    if options.count != 1:
-        raise InputError("count cannot be given with path; another --seed walks it in another way")
-    plan, steps = options.plan, understood(model, options.plan)
-    direction = read_direction(model, steps, plan.path, plan.pace)
-    return make_motion(
-        model, steps, frames=options.frames_written(model), fps=plan.fps, seed=plan.seed, edit=Edit(speed=options.edits.speed),
-        direction=direction,
-    )  # fmt: skip
+def _given(way: WayOptions) -> list[str]:
+    return [item.name for item in fields(way) if getattr(way, item.name) is not None]
 
 
 def bone_scale(text: float | str) -> float | dict[str, float]:

@@ -14,7 +14,7 @@ from a2v.rendering.looks import LOOKS
 from pipelines.answer import Answer
 from pipelines.graph import Parameters, check_names, outputs_of, video_graph
 from pipelines.inputs import LookOptions, MovingStages, PhotoOptions, RunOptions, check_writable
-from pipelines.motion_options import MotionOptions
+from pipelines.motion_options import MotionOptions, WayOptions
 from pipelines.options import flag, group, option
 from pipelines.outputs import write_node, write_results, write_shared
 from pipelines.report import make_report
@@ -109,13 +109,14 @@ def _write_report(options: Options, parameters: Parameters, outcome: Outcome, wr
     motion, running = options.motion, options.running
     files = {
         "photo": options.photo.photo, "mask": options.photo.mask, "keypoints": options.photo.keypoints, "motion": motion.motion,
-        "camera": options.look.camera, "timeline": motion.timeline,
+        "camera": options.look.camera, "timeline": motion.timeline, "keyframes": motion.keyframes,
         "look": options.look.look if options.look.look not in LOOKS else None,
     }  # fmt: skip
     inputs = {name: path for name, path in files.items() if path is not None}
     if motion.motion is None:
         inputs["model"] = parameters["model"].path
-    set_ = {name: getattr(motion, name) for name in ("action", "timeline", "model", "motion", "path", "pace", "fps", "seed")}
+    set_ = {name: getattr(motion, name) for name in ("action", "timeline", "model", "motion", "fps", "seed")}
+    set_ |= {item.name: getattr(motion, item.name) for item in dataclasses.fields(WayOptions)}
     set_ |= {"frames": parameters["frames"], "edit": parameters["edit"]}
     set_ |= {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
     set_ |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion")}

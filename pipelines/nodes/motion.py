@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
-from a2v.motion.direct import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
+from a2v.motion.wishes import Direction
 from a2v.types import Motion
 from pipelines.memo import memo
 from pipelines.store import File, Ref, put
@@ -19,14 +19,9 @@ def motion(
     """Sample a motion model, one action after the other, or along a path; steps without a length share `frames`. It travels still."""
     from a2v.motion import MotionModel
     from a2v.motion.direct import make_motion
-    from a2v.motion.edit import air_seconds, rises, settle
 
     travelling = dataclasses.replace(edit, in_place=False)
-    opened = MotionModel.load(model.path)
-    made = make_motion(opened, steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction)
-    if any(rises(opened.card, step.action) for step in steps):
-        return put(made)
-    return put(settle(made, seconds=max(air_seconds(opened.card, step.action) for step in steps)))
+    return put(make_motion(MotionModel.load(model.path), steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction))
 
 
 @memo()

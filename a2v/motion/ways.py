@@ -1,0 +1,197 @@
+"""Ways over the ground: paths out of points and drawings, and where somebody who walks along one is at each moment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path as File
+
+import numpy as np
+import yaml
+from scipy.ndimage import gaussian_filter1d
+
+from a2v.errors import InputError
+from a2v.io import brief, read_bytes, reading
+from a2v.types import FloatArray
+
+MAX_POINTS = 10_000
+MAX_BYTES = MAX_POINTS * 100
+
+SVG_METRES = 0.01
+"""Metres of a unit of a drawing."""
+
+ROUNDING = 0.12
+"""Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7 cm."""
+
+SIDEWAYS, ALONG = 2.5, 2.0
+"""Accelerations that people turn with and get faster and slower with, m/s²: they slow down for a corner, and walk the sharpest at `SLOWEST` of
+their pace."""
+SLOWEST = 0.4
+
+AHEAD = 0.3
+"""Seconds before and after over which the way that is faced is taken."""
+
+_GRID = 0.02
+
+
+@dataclass(frozen=True)
+class Path:
+    """A way over the ground.
+
+    Attributes
+    ----------
+    points : (N, 2) float
+        x and z, metres; at least two, each different from the one before.
+    """
+
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points, np.float64)
+        if points.ndim != 2 or points.shape[1:] != (2,) or not 2 <= len(points) <= MAX_POINTS or not np.isfinite(points).all():
+            raise InputError(f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, metres")
+        if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
+            raise InputError("two points of the path that follow each other are the same; leave one out")
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Way from the first point to each (N,), metres."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.points, axis=0), axis=1))])
+
+    def at(self, way: FloatArray) -> FloatArray:
+        """Points (..., 2) after a `way` (...), metres; beyond the ends straight on."""
+        lengths, points = self.lengths, np.asarray(self.points, np.float64)
+        way = np.asarray(way, np.float64)
+        inside = np.stack([np.interp(way, lengths, points[:, axis]) for axis in (0, 1)], axis=-1)
+        first, last = (step / np.linalg.norm(step) for step in (points[1] - points[0], points[-1] - points[-2]))
+        placed: FloatArray = inside + np.maximum(way - lengths[-1], 0)[..., None] * last + np.minimum(way, 0)[..., None] * first
+        return placed
+
+
+@dataclass(frozen=True)
+class Way:
+    """Where somebody is who goes along a path.
+
+    Attributes
+    ----------
+    points : (T, 2) float
+        x and z, metres, frame by frame.
+    heading : (T,) float
+        Where the way leads, radians about +y from +z, without jumps of a full turn.
+    """
+
+    points: FloatArray
+    heading: FloatArray
+
+
+def way_along(path: Path, *, pace: float, fps: float) -> Way:
+    """The way along a path at `pace`, metres a second: corners are rounded, and taken slowly.
+
+    It ends with the path.
+    """
+    length = float(path.lengths[-1])
+    grid = np.linspace(0.0, length, max(4, int(length / _GRID) + 1))
+    step = grid[1]
+    far = int(np.ceil(4 * ROUNDING / step))
+    points = gaussian_filter1d(path.at(np.arange(-far, len(grid) + far) * step), ROUNDING / step, axis=0)[far:-far]
+    turned = np.unwrap(np.arctan2(*np.gradient(points, axis=0).T))
+    curved = np.abs(np.gradient(turned, step))
+    speed = np.clip(np.sqrt(SIDEWAYS / np.maximum(curved, 1e-6)), SLOWEST * pace, pace)
+    for order in (slice(None), slice(None, None, -1)):  # brake in time, and get faster again
+        squares = speed[order] ** 2
+        for at in range(1, len(squares)):
+            squares[at] = min(squares[at], squares[at - 1] + 2 * ALONG * step)
+        speed[order] = np.sqrt(squares)
+    took = np.concatenate([[0.0], np.cumsum(step / (0.5 * (speed[1:] + speed[:-1])))])
+    times = np.arange(int(took[-1] * fps) + 1) / fps
+    reached = np.interp(times, took, grid)
+    placed = np.stack([np.interp(reached, grid, points[:, axis]) for axis in (0, 1)], axis=-1)
+    ahead = np.interp(times, took, turned)
+    pad = int(4 * AHEAD * fps) + 1
+    smooth = gaussian_filter1d(np.pad(ahead, pad, mode="edge"), AHEAD * fps, axis=0)[pad:-pad]
+    return Way(placed, smooth)
+
+
+def read_path(text: str) -> Path:
+    """A path out of points "x,z x,z ...", metres, or out of a file.
+
+    ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``: the first line, polygon, circle or path that is drawn, seen
+    from above, a unit being a centimetre, with its first point at the origin.
+
+    Raises
+    ------
+    InputError
+        None of these, unreadable, or no path.
+    """
+    readers = {".csv": _read_csv, ".yaml": _read_yaml, ".yml": _read_yaml, ".svg": _read_svg}
+    if reader := readers.get(File(text).suffix.lower()):
+        return reader(text)
+    return Path(_points(text.split()))
+
+
+def _points(rows: Sequence[str]) -> FloatArray:
+    points = [_numbers(row) for row in rows]
+    if odd := [row for row, point in zip(rows, points, strict=True) if len(point) != 2]:
+        raise InputError(
+            f"'{brief(odd[0])}' is no point of a path; expected x,z in metres, such as \"0,0 0,3 3,3\", or a .csv, .yaml or .svg file"
+        )
+    return np.array(points, np.float64).reshape(-1, 2)
+
+
+def _numbers(row: str) -> list[float]:
+    try:
+        return [float(part) for part in row.replace(";", ",").split(",")]
+    except ValueError:
+        return []
+
+
+def _read_csv(source: str) -> Path:
+    lines = read_bytes(source, limit=MAX_BYTES).decode("utf-8-sig", errors="replace").splitlines()
+    rows = [line.strip() for line in lines if line.strip()]
+    return Path(_points(rows[1:] if rows and not _numbers(rows[0]) else rows))
+
+
+def _read_yaml(source: str) -> Path:
+    data = read_bytes(source, limit=MAX_BYTES)
+    with reading(source, "path", "a YAML list of points [x, z], metres"):
+        points = np.array(yaml.safe_load(data.decode("utf-8-sig")), np.float64)
+    return Path(points)
+
+
+def _read_svg(source: str) -> Path:
+    from fontTools.pens.recordingPen import RecordingPen
+    from fontTools.svgLib.path import SVGPath
+
+    data = read_bytes(source, limit=MAX_BYTES)
+    if b"<!ENTITY" in data:
+        raise InputError(f"{source} declares entities; save it as a plain SVG")
+    pen = RecordingPen()
+    with reading(source, "drawing", "an SVG with a line or a path"):
+        SVGPath.fromstring(data).draw(pen)
+        points = _flattened(pen.value)
+    if len(points) < 2:
+        raise InputError(f"{source} draws no line; expected a path, polyline, line, polygon, circle or ellipse")
+    kept = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6 / SVG_METRES])]
+    return Path((kept - kept[0]) * SVG_METRES)
+
+
+def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> FloatArray:
+    """Points (N, 2) along the first contour of what a pen was told; curves in sixteen pieces."""
+    share = np.linspace(0, 1, 17)[1:, None]
+    points = np.zeros((0, 2))
+    for name, given in drawn:
+        ends = np.array(given, np.float64).reshape(-1, 2)
+        if name == "moveTo":
+            points = ends
+        elif name == "lineTo":
+            points = np.concatenate([points, ends])
+        elif name in ("curveTo", "qCurveTo"):
+            bend = np.broadcast_to(np.concatenate([points[-1:], ends]), (len(share), len(ends) + 1, 2))
+            while bend.shape[1] > 1:  # de Casteljau, for all shares at once
+                bend = bend[:, :-1] * (1 - share[..., None]) + bend[:, 1:] * share[..., None]
+            points = np.concatenate([points, bend[:, 0]])
+        elif name == "closePath":
+            points = np.concatenate([points, points[:1]])
+        if name in ("endPath", "closePath") and len(points) > 1:
+            break
+    return points

@@ -1,0 +1,87 @@
+"""What a motion is asked for beside its action: a path, keyframes, joints that are held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from a2v.errors import InputError
+from a2v.motion.ways import Path
+from a2v.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Keyframe:
+    """What shall be at a moment.
+
+    Attributes
+    ----------
+    time : float
+        Seconds from the beginning of the result, or to its end.
+    to_end : bool
+        Whether `time` is counted from the last frame back.
+    joints : (J, 3) float or None
+        A pose of the model's skeleton, in its place, metres, y up, the ground at 0.
+    at : (x, z) or None
+        Where the root shall be, metres, where there is no pose.
+    heading : float or None
+        Which way the person shall face, radians about +y from +z, where there is no pose.
+    """
+
+    time: float
+    to_end: bool = False
+    joints: FloatArray | None = None
+    at: tuple[float, float] | None = None
+    heading: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hold:
+    """A joint that stays where it is put.
+
+    Attributes
+    ----------
+    joint : str
+    start, end : float
+        Seconds from the beginning of the result.
+    at : (x, y, z)
+        Metres; the ground is at 0.
+    body : bool
+        `at` is seen from the person: to the left of the root, above it, before it.
+    """
+
+    joint: str
+    start: float
+    end: float
+    at: tuple[float, float, float]
+    body: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.start < self.end:
+            raise InputError(f"'{self.joint}' is held from {self.start:g} to {self.end:g} s; expected a time from 0 on and a later one")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direction:
+    """Where a motion shall go, and what shall be on its way.
+
+    Attributes
+    ----------
+    path : Path or None
+    pace : float or None
+        Metres a second along the path; None: as fast as the action goes by itself.
+    heading : float or None
+        Which way the person faces all along, radians about +y from +z; None: where the path leads.
+    keyframes : tuple of Keyframe
+    holds : tuple of Hold
+    """
+
+    path: Path | None = None
+    pace: float | None = None
+    heading: float | None = None
+    keyframes: tuple[Keyframe, ...] = ()
+    holds: tuple[Hold, ...] = ()
+
+    @property
+    def exact(self) -> bool:
+        """Whether heights are given: by poses, or by joints that are held."""
+        return any(key.joints is not None for key in self.keyframes) or any(not hold.body for hold in self.holds)

@@ -1,7 +1,7 @@
 """What happens where windows of a motion meet: python -m benchmarks.joins [--data ../shared/data]
 
 Two measures of the shipped window models. *Transitions*: every pair of different actions, the second one recognised by the authors'
-classifier in the window after the change, beside the second action alone. Both are shown as the data has them: they end when such clips
+classifier in the window after the change, from there on and once the first has faded, beside the second action alone. All are shown as the data has them: they end when such clips
 end, hold their last pose, and begin facing where such clips do. *Speed*: mean speed of all joints in the
 quarter second before and after each join over that of the clip, for actions that go on without a rest.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from a2v.evaluation.classifier import load_evaluator
 from a2v.kinematics.ground import face_forward, heading
 from a2v.motion import MotionModel
-from a2v.motion.samplers import ENDING_FRAMES
+from a2v.motion.samplers import CHANGE_SECONDS, ENDING_FRAMES
 from a2v.types import FloatArray
 
 EVALUATORS = {"cmu": "action_recognition_model_mocap_new.tar", "humanact12": "action_recognition_model_humanact12.tar"}
@@ -25,26 +25,30 @@ STEADY = {
 }  # fmt: skip
 
 
-def transitions(name: str, data: Path, clips: int) -> tuple[float, float]:
-    """Share of clips whose second action is recognised after the change, and of clips of that action alone."""
+def transitions(name: str, data: Path, clips: int) -> tuple[float, float, float]:
+    """Share of clips whose second action is recognised from the change on, once the first has faded, and of clips of that action alone."""
     model, evaluator = MotionModel.load(name), load_evaluator(data / "evaluators" / EVALUATORS[name])
     window, first, generator = model.card.frames, round(4 * model.fps), np.random.default_rng(0)
-    changed, alone = [], []
+    fade = max(2, round(CHANGE_SECONDS * model.fps))
+    changed: list[bool] = []
+    faded: list[bool] = []
+    alone: list[bool] = []
     for one in range(len(model.actions)):
         for other in range(len(model.actions)):
             labels = np.repeat([one, other], [first, window])
             if one != other:
                 made, _ = model.generate(np.tile(labels, (clips, 1)), np.tile(model.bone_lengths, (clips, 1)), generator, anew=True)
-                changed += (evaluator(_like_data(model, made[:, first:], other, generator))[1] == other).tolist()
+                for found, begun in ((changed, 0), (faded, fade)):
+                    found += (evaluator(_like_data(model, made[:, first + begun :], other, generator, begun))[1] == other).tolist()
         made, _ = model.generate(np.full((4 * clips, window), one), np.tile(model.bone_lengths, (4 * clips, 1)), generator)
         alone += (evaluator(_like_data(model, made, one, generator))[1] == one).tolist()
-    return float(np.mean(changed)), float(np.mean(alone))
+    return float(np.mean(changed)), float(np.mean(faded)), float(np.mean(alone))
 
 
-def _like_data(model: MotionModel, joints: FloatArray, label: int, generator: np.random.Generator) -> FloatArray:
-    """Native clips of (N, T, J, 3) that begin facing where clips of an action do, and hold a pose once such clips have ended."""
-    usable = round(model.sampler.active_share(label) * model.card.frames)  # type: ignore[union-attr]
-    joints = joints[:, np.minimum(np.arange(joints.shape[1]), usable - 1)]
+def _like_data(model: MotionModel, joints: FloatArray, label: int, generator: np.random.Generator, begun: int = 0) -> FloatArray:
+    """Native clips of (N, T, J, 3), without the `begun` first frames, that begin facing where clips of an action do, and hold a pose once those end."""
+    usable = round(model.sampler.active_share(label) * model.card.frames) - begun  # type: ignore[union-attr]
+    joints = joints[:, np.minimum(np.arange(model.card.frames), usable - 1)]
     own, _ = model.generate(np.full((len(joints), 2), label), np.tile(model.bone_lengths, (len(joints), 1)), generator)
     away = heading(joints[:, 0], model.skeleton) - heading(own[:, 0], model.skeleton)
     return model.to_native(face_forward(joints, np.stack([np.cos(away), np.sin(away)], axis=-1)).astype(np.float32))
@@ -78,11 +82,11 @@ def main() -> None:
         for action in actions:
             before, after = speeds(name, action, 16)
             print(f"| {name} | {action} | {before:.2f} | {after:.2f} |")
-    print("\n| model | second action recognised | the same action alone |\n|---|---|---|")
+    print("\n| model | second action recognised from the change on | once the first has faded | the same action alone |\n|---|---|---|---|")
     for name, file in EVALUATORS.items():
         if (options.data / "evaluators" / file).is_file():
-            changed, alone = transitions(name, options.data, options.clips)
-            print(f"| {name} | {changed:.3f} | {alone:.3f} |")
+            changed, faded, alone = transitions(name, options.data, options.clips)
+            print(f"| {name} | {changed:.3f} | {faded:.3f} | {alone:.3f} |")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from a2v.types import FloatArray, IntArray
 Noise = Callable[[tuple[int, ...], int], FloatArray]
 """Gives standard normal numbers (float32) of a shape, for what begins with a frame of the clips."""
 
-CHANGE_SECONDS = 0.5
+CHANGE_SECONDS = 0.25
 """Over which one action fades into another."""
 
 SHORT_SHARE = 0.3

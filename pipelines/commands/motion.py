@@ -43,7 +43,7 @@ EXAMPLES = """examples:
   a2v motion --action Walk --rig mixamo --root-motion --out walk.bvh    on another tool's bones
   a2v motion --action "sneak for 3 s, then run away" --out escape.bvh         in words
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
-  a2v motion --action Walk --start-pose a.npz#30 --end-pose b.bvh --seconds 3 --out between.bvh   also --keyframes FILE, --hold
+  a2v motion --action Walk --start-pose "a.npz#30" --end-pose b.bvh --seconds 3 --out b2.bvh   also --keyframes FILE, --hold
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
   a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser

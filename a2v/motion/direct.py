@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from a2v.animation.curves import near
 from a2v.errors import InputError
 from a2v.kinematics import skeleton_of
 from a2v.motion.edit import Edit, edited, settled
@@ -23,6 +24,8 @@ from a2v.types import FloatArray, Motion
 
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
+KEPT_SECONDS = 0.4
+"""Over which a clip goes from the ground to the height of a pose that is given, and back."""
 
 
 def make_motion(
@@ -93,16 +96,24 @@ def _directed(
         return DirectedGuide(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
 
     made = perform(model, steps, frames=frames, fps=fps, speed=speed, seed=seed, lengths=lengths, guide=guide)
-    if not direction.exact:
-        off = ground_offset(made.joints[None])[0] * np.array([0, 1, 0], np.float32)
-        made = dataclasses.replace(made, joints=made.joints - off, root=made.root - off[0])
-        made = settled(made, model.card, [step.action for step in steps])
     skeleton = skeleton_of(made.skeleton, made.parents.tolist(), made.joint_names)
     timed = _timed(direction, (made.frames - 1) / fps)
     kept = [round(key.time * fps) for key in timed.keyframes if key.joints is not None]
+    made = _on_ground(made, model, steps, kept=kept)
     facts |= {"keyframes": [key.time for key in timed.keyframes]} if timed.keyframes else {}
     made = hold_limbs(lock_feet(made, skeleton, kept=kept), skeleton, direction.holds)
     return dataclasses.replace(made, provenance={**made.provenance, **facts})
+
+
+def _on_ground(motion: Motion, model: MotionModel, steps: Sequence[Step], *, kept: Sequence[int]) -> Motion:
+    """A directed clip on the ground; poses that are given, at the frames `kept`, stay as high as they are."""
+    actions = [step.action for step in steps]
+    if not kept:
+        off = ground_offset(motion.joints[None])[0] * np.array([0, 1, 0], np.float32)
+        return settled(dataclasses.replace(motion, joints=motion.joints - off, root=motion.root - off[0]), model.card, actions)
+    fixed = np.zeros(motion.frames, bool)
+    fixed[list(kept)] = True
+    return settled(motion, model.card, actions, kept=near(fixed, KEPT_SECONDS * motion.fps))
 
 
 def _timed(direction: Direction, seconds: float) -> Direction:

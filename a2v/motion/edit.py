@@ -125,24 +125,28 @@ def air_seconds(card: ModelCard, action: str) -> float:
     return AIR_SECONDS if any(part in words for part in FLYING) else TOE_SECONDS
 
 
-def settled(motion: Motion, card: ModelCard, actions: Iterable[str]) -> Motion:
+def settled(motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None) -> Motion:
     """A generated clip or batch on the ground (`settle`), as long in the air as its actions go; as it is where one of them goes up."""
     names = tuple(actions)
     if any(rises(card, name) for name in names):
         return motion
-    return settle(motion, seconds=max(air_seconds(card, name) for name in names))
+    return settle(motion, seconds=max(air_seconds(card, name) for name in names), kept=kept)
 
 
-def settle(motion: Motion, *, seconds: float = AIR_SECONDS) -> Motion:
+def settle(motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | None = None) -> Motion:
     """Bring a clip that floats back to the ground: what its lowest joint keeps above the lowest of all for `seconds` is taken off.
 
     Models know the root's height only through the code of a whole window, so that clips rise by decimetres. Not for stairs and ladders.
+    With `kept` (T,), how much of each frame stays at its height, in [0, 1], the ground is at 0.
     """
     lowest = motion.joints[..., 1].min(axis=-1)
     width = max(1, round(seconds * motion.fps))
     floor = gaussian_filter1d(minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest")
     off = np.zeros((*lowest.shape, 3), np.float32)
-    off[..., 1] = np.minimum(floor, lowest) - lowest.min(axis=-1, keepdims=True)
+    if kept is None:
+        off[..., 1] = np.minimum(floor, lowest) - lowest.min(axis=-1, keepdims=True)
+    else:
+        off[..., 1] = np.minimum(floor, lowest) * (1 - kept)
     return dataclasses.replace(motion, joints=motion.joints - off[..., None, :], root=motion.root - off)
 
 

@@ -87,7 +87,7 @@ def read_poses(text: str, model: MotionModel) -> list[tuple[float, FloatArray]]:
     file, _, numbers = text.partition("#")
     found = re.fullmatch(r"(\d{1,7})(?:-(\d{1,7}))?", numbers or "0", re.ASCII)
     if found is None:
-        raise InputError(f"'{brief(text)}' names no pose; expected FILE, FILE#12 or FILE#8-15")
+        raise InputError(f"{brief(text)} names no pose; expected FILE, FILE#12 or FILE#8-15")
     first, last = int(found[1]), int(found[2] or found[1])
     motion = read_motion(file)
     motion = motion[(0,) * len(motion.batch)] if motion.batch else motion
@@ -128,7 +128,7 @@ def read_holds(text: str) -> list[Hold]:
     for part in filter(None, (part.strip() for part in text.split(";"))):
         found = _HELD.fullmatch(part)
         if found is None:
-            raise InputError(f"'{brief(part)}' holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or JOINT body x,y,z from ...")
+            raise InputError(f"{brief(part)} holds no joint; expected JOINT x,y,z from SECONDS to SECONDS, or JOINT body x,y,z from ...")
         x, y, z = (float(number) for number in found["at"].split(","))
         holds.append(
             Hold(joint=found["joint"], start=float(found["start"]), end=float(found["end"]), at=(x, y, z), body=bool(found["body"]))

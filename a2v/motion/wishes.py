@@ -80,8 +80,3 @@ class Direction:
     heading: float | None = None
     keyframes: tuple[Keyframe, ...] = ()
     holds: tuple[Hold, ...] = ()
-
-    @property
-    def exact(self) -> bool:
-        """Whether heights are given: by poses, or by joints that are held."""
-        return any(key.joints is not None for key in self.keyframes) or any(not hold.body for hold in self.holds)

@@ -102,6 +102,9 @@ def test_given_poses_are_reached_in_any_window(model: MotionModel) -> None:
         assert np.linalg.norm(motion.joints[frame] - pose, axis=-1).max() < 0.02
     speed = np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).max(-1) * 30
     assert speed.max() < 10  # no leap towards a pose
+    lowest = motion.joints[..., 1].min(-1)
+    assert np.quantile(lowest, 0.95) < 0.12
+    assert np.quantile(lowest, 0.05) > -0.05
 
 
 def test_places_and_headings_are_reached_on_the_way(model: MotionModel) -> None:

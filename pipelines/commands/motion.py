@@ -100,7 +100,7 @@ def run(options: Options) -> Answer:
     """Generate."""
     if options.paging.page is not None:
         others = [item.name for item in fields(options) if item.default is not MISSING and getattr(options, item.name) != item.default]
-        return write_page(options.paging, options.plan, others + ([] if options.edits == EditOptions() else ["an edit"]))
+        return write_page(options.paging, options.plan, [*others, *_given(options.way), *([] if options.edits == EditOptions() else ["an edit"])])
     if not options.out or options.paging.character is not None:
         raise InputError("name the file to write with --out, or a --page (--character is of a page)")
     path = Path(options.out)

@@ -17,7 +17,8 @@ const makeSampler = (session, meta) => {
     let done = 0;
     for (let end = 1; end <= labels.length; end++) {
       if (end < labels.length && labels[end] === labels[end - 1]) continue;
-      const shares = meta.active[labels[end - 1]], share = Math.fround(shares[Math.floor(0.9 * (shares.length - 1))]);
+      const shares = meta.active[labels[end - 1]], middle = shares[Math.floor((shares.length - 1) / 2)];
+      const share = Math.fround(middle < 0.3 ? middle : shares[Math.floor(0.9 * (shares.length - 1))]);
       const usable = Math.max(evenly(share * meta.window_frames), given + 4);
       while (done < end) {
         const follows = done > 0, context = new Float32Array(given * row);
@@ -31,7 +32,9 @@ const makeSampler = (session, meta) => {
           has_context: tensor("float32", [follows ? 1 : 0], 1),
         };
         if (session.inputNames.includes("guidance")) feed.guidance = tensor("float32", [guidance], 1);
-        const made = await run(feed), skip = follows ? given : 0, take = Math.min(usable - skip, end - done);
+        const made = await run(feed), skip = follows ? given : 0, left = end - done;
+        // a window that is gone on from does without its last two frames, in which clips come to rest
+        const take = left <= usable - skip ? left : Math.max(usable - 2, given + 4) - skip;
         for (let i = 0; i < take * row; i++) joints[done * row + i] = made[skip * row + i] + context[i % 3];
         done += take;
       }

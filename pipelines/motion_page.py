@@ -36,7 +36,7 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
     path = Path(options.page)
     if path.suffix.lower() != ".html":
         raise InputError(f"cannot write {path}; --page writes .html")
-    others = others + [name for name in ("timeline", "frames", "path", "pace") if getattr(plan, name) is not None]
+    others = others + [name for name in ("timeline", "frames") if getattr(plan, name) is not None]
     if others:
         raise InputError(f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and character")
     model = open_model(plan.model)

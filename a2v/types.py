@@ -392,7 +392,7 @@ class RenderSettings(Record):
     def __post_init__(self) -> None:
         if not 16 <= self.size <= 4096 or self.size % 2:
             raise InputError(f"size is {self.size}; expected an even number of pixels from 16 to 4096")
-        if not re.fullmatch(r"[1-9]\d{0,3}:[1-9]\d{0,3}", self.aspect) or not 0.25 <= self._ratio <= 4:
+        if not re.fullmatch(r"[1-9]\d{0,3}:[1-9]\d{0,3}", self.aspect) or not self._is_moderate:
             raise InputError(f"aspect is '{self.aspect}'; expected width:height from 1:4 to 4:1, such as 9:16")
         if not 1 <= self.spp <= 65536:
             raise InputError(f"spp is {self.spp}; expected 1 to 65536 samples a pixel")
@@ -408,15 +408,16 @@ class RenderSettings(Record):
             raise InputError(f"background is '{self.background}'; expected stage, transparent, image or a colour such as #30506f")
 
     @property
-    def _ratio(self) -> float:
-        width, height = self.aspect.split(":")
-        return int(width) / int(height)
+    def _is_moderate(self) -> bool:
+        width, height = map(int, self.aspect.split(":"))
+        return max(width, height) <= 4 * min(width, height)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Width and height of a view, pixels: even, as videos want them."""
-        short = max(2, 2 * round(self.size * min(self._ratio, 1 / self._ratio) / 2))
-        return (self.size, short) if self._ratio >= 1 else (short, self.size)
+        width, height = map(int, self.aspect.split(":"))
+        short = max(2, 2 * round(self.size * min(width, height) / max(width, height) / 2))
+        return (self.size, short) if width >= height else (short, self.size)
 
     @property
     def window(self) -> tuple[slice, slice]:

@@ -14,6 +14,8 @@ from pipelines.closure import PROJECT, Sources, imports_in, imports_of, parse
 from pipelines.graph import Step, video_graph
 
 ROOT = Path(__file__).resolve().parents[2]
+_NO_NODES = ("pipelines/serve/page/", "a2v/motion/browser/", "a2v/rendering/looks/", "export/blender/")
+"""Pages, an add-on, and looks, which are arguments of nodes: no node's result depends on these files."""
 RUNS = " (what it runs)"
 STEPS = {step.node.name: step for recorded in (False, True) for step in video_graph(recorded=recorded)}
 
@@ -125,7 +127,7 @@ def test_every_data_file_is_known_to_some_module():
         if path.suffix == ".py":
             known |= set(sources._data_named(path.read_text(), path.relative_to(ROOT).as_posix()))
     data = {path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"}
-    data = {name for name in data if not name.startswith(("pipelines/serve/page/", "export/blender/"))}  # no node's: pages, an add-on
+    data = {name for name in data if not name.startswith(_NO_NODES)}
     assert data - known == {"a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
 
 

@@ -41,8 +41,8 @@ class Costs:
     latency: float
 
 
-DEFAULTS = Costs(seconds=(35.0, 0.6, 195.0), requests=(31, 6, 30), megabytes=(13.0, 0.05, 5.0), driver=0.06, latency=0.03)
-"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md, a person's on one core, requests and bytes estimated, not measured."""
+DEFAULTS = Costs(seconds=(35.0, 0.6, 195.0), requests=(48, 9, 67), megabytes=(67.4, 0.01, 5.8), driver=0.06, latency=0.03)
+"""`a2v video` at its defaults (60 frames, four views, 512 px) from docs/pipeline.md, a person's on one core, requests and bytes as `measure` counted them at 8 frames of one view."""
 
 
 def simulate(people: int, actions: int, workers: int, costs: Costs) -> dict[str, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from a2v.animation.contacts import ContactSettings, find_contacts
 from a2v.animation.curves import bridged, eased, near, runs
-from a2v.animation.rig import Rig
+from a2v.animation.rig import Rig, subtree
 from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat, swing_between
 from a2v.types import BoolArray, FloatArray
 
@@ -177,8 +177,8 @@ def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> N
     shin_rotmats = (
         rotvec_to_rotmat(swing_between(np.einsum("tab,tb->ta", thigh_rotmats, ankle - knee), new_ankle - new_knee)) @ thigh_rotmats
     )
-    below_knee, below_foot = bones_below(rig, knee_bone), bones_below(rig, foot)
-    for bone in bones_below(rig, hip_bone):
+    below_knee, below_foot = subtree(rig.parents, knee_bone), subtree(rig.parents, foot)
+    for bone in subtree(rig.parents, hip_bone):
         if bone in below_foot:
             rotmats, pivot, to = extra, ankle, new_ankle
         elif bone in below_knee:
@@ -192,15 +192,6 @@ def reach_plan(transforms: FloatArray, rig: Rig, side: str, plan: FootPlan) -> N
     bend = rotvec_to_rotmat(-plan.toes[:, None] * across)
     for root in (bone for bone in below_foot if int(rig.parents[bone]) == foot):
         pivot = transforms[:, root, :3, 3].copy()
-        for bone in bones_below(rig, root):
+        for bone in subtree(rig.parents, root):
             transforms[:, bone, :3, 3] = np.einsum("tab,tb->ta", bend, transforms[:, bone, :3, 3] - pivot) + pivot
             transforms[:, bone, :3, :3] = bend @ transforms[:, bone, :3, :3]
-
-
-def bones_below(rig: Rig, bone: int) -> set[int]:
-    """`bone` and all bones that hang on it."""
-    found = {bone}
-    for other in range(bone + 1, len(rig.parents)):
-        if int(rig.parents[other]) in found:
-            found.add(other)
-    return found

@@ -6,8 +6,8 @@ import numpy as np
 
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.curves import eased, speed_of
-from a2v.animation.feet import bones_below, carry_pelvis, keep_clear, needed_drop, plan_foot, reach_plan
-from a2v.animation.rig import SIDES, Rig, joints_of, place, sole_points
+from a2v.animation.feet import carry_pelvis, keep_clear, needed_drop, plan_foot, reach_plan
+from a2v.animation.rig import SIDES, Rig, joints_of, place, sole_points, subtree
 from a2v.types import FloatArray
 
 
@@ -95,7 +95,7 @@ def _lift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetting
     """How far (T,) body parts other than the legs sink below the ground, eased in time."""
     feet = set()
     for side in SIDES:
-        feet |= bones_below(rig, rig.bones[f"{side}_ankle"])
+        feet |= set(subtree(rig.parents, rig.bones[f"{side}_ankle"]))
     bones, points = rig.skin
     rest = ~np.isin(bones, list(feet))
     at_rest = np.einsum("kab,kb->ka", rig.rest[bones], points) + rig.heads[bones]

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from a2v.animation.curves import smoothstep
-from a2v.animation.rig import SIDES, Rig
+from a2v.animation.rig import SIDES, Rig, subtree
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.kinematics.ground import smoothed
@@ -249,12 +249,3 @@ def turn_palms(transforms: FloatArray, rig: Rig, names: Sequence[str], fps: floa
         for bone in steps:
             turn_bones(out, subtree(rig.parents, bone), rotvec_to_rotmat((angle / len(steps))[:, None] * along))
     return out
-
-
-def subtree(parents: IntArray, bone: int) -> list[int]:
-    """A bone and all that hang on it, parents first."""
-    found = [bone]
-    for other in range(bone + 1, len(parents)):
-        if int(parents[other]) in found:
-            found.append(other)
-    return found

@@ -142,6 +142,15 @@ def sole_points(transforms: FloatArray, rig: Rig, side: str) -> FloatArray:
     return points
 
 
+def subtree(parents: IntArray, bone: int) -> list[int]:
+    """A bone and all that hang on it, parents first."""
+    found = [bone]
+    for other in range(bone + 1, len(parents)):
+        if int(parents[other]) in found:
+            found.append(other)
+    return found
+
+
 def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]:
     """Bones from `start` (included) to `end` (excluded) down the tree; the root is below -1."""
     if end is None:
@@ -158,11 +167,7 @@ def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]
 
 def _sole(parents: IntArray, ankle: int, owner: IntArray, local: FloatArray, rest: FloatArray) -> tuple[BoolArray, FloatArray]:
     """Points all over a foot in its bone's frame, and which of them belong to the toes."""
-    foot = {ankle}
-    for bone in range(ankle + 1, len(parents)):
-        if int(parents[bone]) in foot:
-            foot.add(bone)
-    inside = np.flatnonzero(np.isin(owner, list(foot)))
+    inside = np.flatnonzero(np.isin(owner, subtree(parents, ankle)))
     if len(inside) == 0:
         return np.zeros(1, dtype=bool), np.zeros((1, 3))
     bones = owner[inside]

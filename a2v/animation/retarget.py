@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from a2v.animation.clearance import clear_arms
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.entrance import enter_from, in_world
 from a2v.animation.grounding import clean_contacts
@@ -41,6 +42,8 @@ class RetargetSettings:
         Time constant in seconds of the smoothing of the limbs' twist.
     contacts : ContactSettings
         Detection and locking of foot contacts.
+    clear_arms : bool
+        Keep arms out of the trunk and the thighs (`a2v.animation.clearance`); not with `raw`.
     from_photo : bool
         Begin in the body's own pose, which is the photo's, and go over into the motion (`a2v.animation.entrance`).
     life : LifeSettings
@@ -54,6 +57,7 @@ class RetargetSettings:
     smoothing: float = 0.02
     twist_smoothing: float = 0.06
     contacts: ContactSettings = field(default_factory=ContactSettings)
+    clear_arms: bool = True
     from_photo: bool = False
     life: LifeSettings = field(default_factory=LifeSettings)
 
@@ -65,7 +69,7 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     arms, legs, feet, neck and hands take the motion's bone directions exactly; the twist of a limb comes from the plane
     of its bent elbow or knee (feet help straight legs) and fades to an untwisted reference, smoothly over time, where the
     limb is straight. The path over the ground is scaled by the ratio of leg lengths. Unless ``settings.raw``, foot contacts
-    are found, locked and put on the ground (`clean_contacts`).
+    are found, locked and put on the ground (`clean_contacts`) and arms kept out of the trunk (`clear_arms`).
 
     Parameters
     ----------
@@ -107,6 +111,8 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     else:
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
     transforms = enliven(transforms, rig, body.bone_names, motion.fps, motion.action, settings.life)
+    if settings.clear_arms and not settings.raw:
+        transforms = clear_arms(transforms, rig, motion.fps)
     if settings.from_photo:
         transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.mesh import vertex_normals
 from a2v.kinematics import rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.orientations import rotmats_to_chain
@@ -38,6 +39,8 @@ class Rig:
         Points all over each foot (``left``, ``right``) in the frame of the foot's bone, and whether they bend with the toes.
     skin : (bones (K,), points (K, 3))
         Points all over the body's surface in the frames of their bones.
+    skin_normals : (K, 3)
+        The surface's normals there, in the same frames.
     """
 
     bones: dict[str, int]
@@ -48,6 +51,7 @@ class Rig:
     chains: dict[str, list[int]]
     soles: dict[str, tuple[BoolArray, FloatArray]] = field(repr=False)
     skin: tuple[IntArray, FloatArray] = field(repr=False)
+    skin_normals: FloatArray = field(repr=False)
 
     @property
     def leg_length(self) -> float:
@@ -103,8 +107,9 @@ def rig_of(body: Body) -> Rig:
     soles = {side: _sole(parents, bones[f"{side}_ankle"], owner, local, body.rest_transforms) for side in SIDES}
     step = max(1, len(owner) // 1500)
     skin = (owner[::step], local[::step])
+    normals = np.einsum("vab,vb->va", turn[::step], vertex_normals(body.vertices, body.faces)[::step])
     rest = body.rest_transforms[:, :3, :3].astype(np.float64)
-    return Rig(bones=bones, parents=parents, heads=heads, rest=rest, joints=joints, chains=chains, soles=soles, skin=skin)
+    return Rig(bones=bones, parents=parents, heads=heads, rest=rest, joints=joints, chains=chains, soles=soles, skin=skin, skin_normals=normals)
 
 
 def joints_of(transforms: FloatArray, rig: Rig) -> dict[str, FloatArray]:

@@ -63,6 +63,8 @@ class Motion(Record):
         Rest pose of the file or body that the motion is from: each joint from its parent, metres, axes as everywhere; row 0 is zero.
     given_frames : int or None
         How many of the first frames were given, where the others were generated to go on from them.
+    action_starts : (A,) float64 or None
+        When each of the A actions that `action` names begins, seconds from the first frame; None where that is not known.
     """
 
     joints: FloatArray
@@ -76,6 +78,7 @@ class Motion(Record):
     seed: int = -1
     rest_offsets: FloatArray | None = None
     given_frames: int | None = None
+    action_starts: FloatArray | None = None
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
@@ -84,6 +87,7 @@ class Motion(Record):
         self._check("root", ("T", 3), sizes, leading=True)
         self._check("parents", ("J",), sizes)
         self._check("rest_offsets", ("J", 3), sizes)
+        self._check("action_starts", ("A",), {"A": len(self.action.split(","))})
         if len(self.joint_names) != sizes["J"]:
             raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
         if sizes["T"] < 1:

@@ -11,6 +11,7 @@ from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.kinematics import CMU
 from a2v.kinematics.resample import resample_motion
+from a2v.motion.edit import change_speed
 from a2v.types import Motion, Reconstruction, Surface
 
 
@@ -22,23 +23,27 @@ def motion() -> Motion:
 
 def test_a_motion_keeps_its_rest_pose_and_what_was_given(motion, tmp_path):
     offsets = np.random.default_rng(0).normal(size=(20, 3))
-    made = dataclasses.replace(motion, rest_offsets=offsets, given_frames=5)
+    made = dataclasses.replace(motion, rest_offsets=offsets, given_frames=5, action="Walk,Jump", action_starts=np.array([0.0, 0.5]))
     made.save(tmp_path / "m.npz")
     again = Motion.load(tmp_path / "m.npz")
     assert again.rest_offsets is not None
     assert np.array_equal(again.rest_offsets, offsets)
     assert again.rest_offsets.dtype == np.float64
     assert (again.given_frames, again.first(3).given_frames, resample_motion(again, 24.0).given_frames) == (5, 3, 9)
+    assert (again.action_starts.tolist(), change_speed(again, 2.0).action_starts.tolist()) == ([0.0, 0.5], [0.0, 0.25])
 
 
 def test_a_motion_without_them_has_no_arrays_of_them(motion, tmp_path):
     motion.save(tmp_path / "m.npz")
-    assert not {"rest_offsets", "given_frames"} & set(read_npz(tmp_path / "m.npz"))
+    assert not {"rest_offsets", "given_frames", "action_starts"} & set(read_npz(tmp_path / "m.npz"))
     again = Motion.load(tmp_path / "m.npz")
     assert (again.rest_offsets, again.given_frames, again.first(3).given_frames) == (None, None, None)
 
 
-@pytest.mark.parametrize(("field", "value", "words"), [("rest_offsets", np.zeros((19, 3)), r"\(20, 3\)"), ("given_frames", 14, "0 to 13")])
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [("rest_offsets", np.zeros((19, 3)), r"\(20, 3\)"), ("given_frames", 14, "0 to 13"), ("action_starts", np.zeros(2), r"expected \(1\)")],
+)
 def test_what_does_not_fit_is_refused(motion, field, value, words):
     with pytest.raises(InputError, match=words):
         dataclasses.replace(motion, **{field: value})

@@ -76,12 +76,8 @@ def _rules() -> tuple[tuple[re.Pattern[str], str, str], ...]:
 
 
 def hands_of(action: str) -> tuple[str, str]:
-    """Hand poses (left, right) that suit an action; of several actions, joined by commas, the pose on which all agree, else "relaxed".
-
-    The table is ``a2v/animation/hands.csv``: the first row whose pattern is found in the name.
-    """
-    found = [next(((left, right) for pattern, left, right in _rules() if pattern.search(name)), ("relaxed", "relaxed")) for name in action.split(",")]
-    return found[0] if len(set(found)) == 1 else ("relaxed", "relaxed")
+    """Hand poses (left, right) that suit an action: those of the first row of ``hands.csv`` whose pattern is found in its name, else "relaxed"."""
+    return next(((left, right) for pattern, left, right in _rules() if pattern.search(action)), ("relaxed", "relaxed"))
 
 
 def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
@@ -136,8 +132,10 @@ class Hand:
         return unit(np.stack([heads[1] - heads[0], heads[2] - heads[1], heads[2] - heads[1]]))
 
 
-def pose_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], poses: tuple[str, str]) -> FloatArray:
-    """Bone transforms with the fingers in a pose of `HAND_POSES` for the left and the right hand.
+def pose_hands(
+    transforms: FloatArray, rig: Rig, names: Sequence[str], poses: Sequence[tuple[str, str]], shares: FloatArray | None = None
+) -> FloatArray:
+    """Bone transforms with the fingers in poses of `HAND_POSES`.
 
     Fingers of a loose hand follow the wrist: they close a little when it bends back.
 
@@ -147,7 +145,9 @@ def pose_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], poses: tu
         World from bone.
     rig : Rig
     names : B str
-    poses : (left, right)
+    poses : P pairs (left, right)
+    shares : (T, P) or None
+        How much of each pose the hands have, sums of 1; None for the first alone. A side that ever is at "rest" stays there.
 
     Returns
     -------
@@ -155,46 +155,51 @@ def pose_hands(transforms: FloatArray, rig: Rig, names: Sequence[str], poses: tu
         The input where a rig has no fingers that are known.
     """
     out = transforms
-    for side, pose in zip(SIDES, poses, strict=True):
+    shares = np.eye(1, len(poses)) if shares is None else shares
+    for side, own in zip(SIDES, zip(*poses, strict=True), strict=True):
         hand = Hand.of(rig, names, side)
-        if hand is None or pose == "rest":
+        if hand is None or "rest" in own:
             continue
         out = out.copy() if out is transforms else out
-        shape = _SHAPES[pose]
-        looseness = 1 + shape.loose * _FOLLOW * _bent_back(out, rig, hand)  # (T,)
-        for finger, triple in zip(FINGERS[1:], shape.flexion, strict=True):
-            _flex(out, rig, hand, finger, np.deg2rad(triple), looseness, shape.together)
-        _point_thumb(out, rig, hand, shape.thumb)
+        shapes = [_SHAPES[pose] for pose in own]
+        flexion, together, thumb, loose = (
+            np.einsum("tp,p...->t...", shares, np.array([getattr(shape, name) for shape in shapes], np.float64))
+            for name in ("flexion", "together", "thumb", "loose")
+        )
+        looseness = 1 + loose * _FOLLOW * _bent_back(out, rig, hand)  # (T,)
+        for at, finger in enumerate(FINGERS[1:]):
+            _flex(out, rig, hand, finger, np.deg2rad(flexion[:, at]) * looseness[:, None], together)
+        _point_thumb(out, rig, hand, thumb)
     return out
 
 
-def _flex(out: FloatArray, rig: Rig, hand: Hand, finger: str, wanted: FloatArray, looseness: FloatArray, together: float) -> None:
-    """Bend a finger to the flexion (3,) `wanted`, radians from straight, and draw it towards the middle one; in place."""
+def _flex(out: FloatArray, rig: Rig, hand: Hand, finger: str, wanted: FloatArray, together: FloatArray) -> None:
+    """Bend a finger to the flexion `wanted` (T, 3), radians from straight, and draw it towards the middle one by `together` (T,); in place."""
     bones, segments = hand.fingers[finger], hand.segments(rig, finger)
     axis = unit(np.cross(segments[0], hand.palm))
     before = hand.along
     aside = np.arctan2(np.cross(before, segments[0]) @ hand.palm, before @ segments[0])
-    _turn(out, rig, bones, rotvec_to_rotmat(-together * aside * hand.palm))
+    _turn(out, rig, bones, rotvec_to_rotmat(-(together * aside)[:, None] * hand.palm))
     for place in range(3):
         rest = np.arctan2(np.cross(before, segments[place]) @ axis, before @ segments[place]) if place < 2 else 0.0
-        angles = wanted[place] * looseness - rest
+        angles = wanted[:, place] - rest
         _turn(out, rig, bones[place:], rotvec_to_rotmat(angles[:, None] * axis))
         before = segments[place]
 
 
-def _point_thumb(out: FloatArray, rig: Rig, hand: Hand, directions: Sequence[Direction]) -> None:
-    """Point the thumb's bones along `directions` of the hand; in place."""
+def _point_thumb(out: FloatArray, rig: Rig, hand: Hand, directions: FloatArray) -> None:
+    """Point the thumb's three bones along `directions` (T, 3, 3) of the hand; in place."""
     side = np.cross(hand.palm, hand.along) * (-1 if hand.side == "right" else 1)
-    bones, turned = hand.fingers["thumb"], np.eye(3)
-    for place, (direction, segment) in enumerate(zip(directions, hand.segments(rig, "thumb"), strict=True)):
-        wanted = unit(np.stack([hand.along, hand.palm, side], -1) @ np.asarray(direction))
-        turn = rotvec_to_rotmat(swing_between(segment, turned.T @ wanted))
-        _turn(out, rig, bones[place:], turn)
+    axes, turned = np.stack([hand.along, hand.palm, side]), np.eye(3)
+    for place, segment in enumerate(hand.segments(rig, "thumb")):
+        wanted = unit(directions[:, place] @ axes)
+        turn = rotvec_to_rotmat(swing_between(np.broadcast_to(segment, wanted.shape), np.einsum("...ba,...b->...a", turned, wanted)))
+        _turn(out, rig, hand.fingers["thumb"][place:], turn)
         turned = turned @ turn
 
 
 def _turn(out: FloatArray, rig: Rig, bones: Sequence[int], turn: FloatArray) -> None:
-    """Turn a chain of bones about its first head, in place; `turn` (3, 3) or (T, 3, 3) in the world of the rest pose."""
+    """Turn a chain of bones about its first head, in place; `turn` (1 or T, 3, 3) in the world of the rest pose."""
     first = bones[0]
     rest = rig.rest[first]
     now = out[:, first, :3, :3]

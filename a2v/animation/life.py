@@ -14,10 +14,12 @@ from a2v.errors import InputError
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.ground import smoothed
-from a2v.types import FloatArray
+from a2v.types import FloatArray, Motion
 
 AHEAD_SECONDS = 0.3
 """Eyes and head turn before the body does."""
+_HANDS_SECONDS = 0.6
+"""Over which hands go from one action's pose to the next one's, most of it before that begins."""
 _BREATH_SECONDS = 4.0
 _SWAY = ((7.3, 1.0), (4.1, 0.6), (2.7, 0.3))
 """Periods in seconds and relative sizes of the waves that people sway in."""
@@ -66,7 +68,7 @@ STILL = LifeSettings(hands="rest", palms=False, gaze=0.0, breath=0.0, sway=0.0)
 """Nothing but what the motion's joints say."""
 
 
-def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], fps: float, action: str, settings: LifeSettings) -> FloatArray:
+def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], motion: Motion, settings: LifeSettings) -> FloatArray:
     """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they are.
 
     Parameters
@@ -75,24 +77,38 @@ def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], fps: float
         World from bone.
     rig : Rig
     names : B str
-    fps : float
-    action : str
-        As in `Motion.action`.
+    motion : Motion
+        Whose rate, actions and their beginnings count.
     settings : LifeSettings
 
     Returns
     -------
     (T, B, 4, 4) float64
     """
+    fps = motion.fps
     if settings.palms:
         transforms = turn_palms(transforms, rig, names, fps)
-    poses = hands_of(action) if settings.hands == "auto" else (settings.hands, settings.hands)
-    transforms = pose_hands(transforms, rig, names, poses)
+    if settings.hands == "auto":
+        transforms = pose_hands(transforms, rig, names, *_hands_in_turn(motion, len(transforms)))
+    else:
+        transforms = pose_hands(transforms, rig, names, [(settings.hands, settings.hands)])
     if settings.breath:
         transforms = _breathe(transforms, rig, fps, settings)
     if settings.gaze:
         transforms = _look_ahead(transforms, rig, fps, settings)
     return transforms
+
+
+def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], FloatArray]:
+    """Hand poses of a motion's actions, and how much of each the hands have (T, P); "relaxed" where nobody knows when actions begin."""
+    poses = [hands_of(name) for name in motion.action.split(",")]
+    if len(set(poses)) == 1 or motion.action_starts is None:
+        return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones((frames, 1))
+    times = np.arange(frames) / motion.fps
+    begun = np.stack([smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS) for start in motion.action_starts[1:]], -1)
+    begun = np.concatenate([np.ones((frames, 1)), begun, np.zeros((frames, 1))], axis=1)
+    shares: FloatArray = -np.diff(np.minimum.accumulate(begun, axis=1), axis=1)
+    return poses, shares
 
 
 def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings) -> dict[str, FloatArray]:

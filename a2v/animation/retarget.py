@@ -110,7 +110,7 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
-    transforms = enliven(transforms, rig, body.bone_names, motion.fps, motion.action, settings.life)
+    transforms = enliven(transforms, rig, body.bone_names, motion, settings.life)
     if settings.clear_arms and not settings.raw:
         transforms = clear_arms(transforms, rig, motion.fps)
     if settings.from_photo:

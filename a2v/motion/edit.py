@@ -183,7 +183,10 @@ def retimed(motion: Motion, *, fps: float, speed: float = 1.0) -> Motion:
         A number is out of range.
     """
     check_speed(speed)
-    quick = motion if speed == 1 else dataclasses.replace(motion, fps=motion.fps * speed)
+    quick = motion
+    if speed != 1:
+        starts = None if motion.action_starts is None else motion.action_starts / speed
+        quick = dataclasses.replace(motion, fps=motion.fps * speed, action_starts=starts)
     return resample_motion(quick, fps)
 
 
@@ -242,7 +245,7 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
     lengths = np.median(bone_lengths(local, skeleton), axis=0)
     root = np.stack([np.zeros(len(inner)), height, np.zeros(len(inner))], axis=-1)
     joints = forward_kinematics(quat_to_rotvec(turned), root, np.tile(lengths, (len(inner), 1)), skeleton)
-    loop = _from_joints(motion, _transformed(walked.transforms(), joints))
+    loop = dataclasses.replace(_from_joints(motion, _transformed(walked.transforms(), joints)), action_starts=None)
     return put_in_place(loop, loop=True) if in_place else loop
 
 

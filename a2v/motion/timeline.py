@@ -163,6 +163,8 @@ def perform(
     motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=guide is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
+    if len(steps) > 1:
+        motion = dataclasses.replace(motion, action_starts=np.cumsum([0, *lasting[:-1]]) / rate)
     return motion if count > 1 else motion[0]
 
 

@@ -93,3 +93,11 @@ def test_too_much_or_nothing_is_refused(model: MotionModel) -> None:
         perform(model, [])
     with pytest.raises(InputError, match="at most"):
         perform(model, [Step(action="Walk", seconds=600.0)] * 3)
+
+
+def test_a_clip_knows_when_its_actions_begin(model: MotionModel) -> None:
+    steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=15), Step(action="Dance", seconds=1.0)]
+    made = perform(model, steps, fps=30.0, speed=1.5, seed=3)
+    assert made.action_starts is not None
+    np.testing.assert_allclose(made.action_starts, [0.0, 2.0, 2.5])
+    assert perform(model, steps[:1], fps=30.0).action_starts is None

@@ -33,8 +33,12 @@ AIR_SECONDS, TOE_SECONDS = 0.7, 0.15
 
 #: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
 LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
+#: Least mean speed of a cycle over the upper quartile of the clip's.
+LIVELY = 0.7
+#: How much accelerations speak against the moments where a cycle begins and ends.
+JOLT = 0.1
 #: How velocities count beside positions where a cycle is closed, seconds.
-VELOCITY_SECONDS = 0.15
+VELOCITY_SECONDS = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +95,7 @@ def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
     away = np.linalg.inv((path if loop else path.smooth(motion.fps)).transforms())
     if loop:
         steps = _steps(path)
-        away = _walk(steps - _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)).transforms() @ away
+        away = _closed_walk(steps - _smooth_cyclic(steps, SWAY_SECONDS * motion.fps)).transforms() @ away
     return _moved(motion, away)
 
 
@@ -250,16 +254,26 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
 
 
 def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int, least: int) -> tuple[int, int]:
-    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity and travel."""
+    """Start and end (exclusive) of the cycle: the two frames that are most alike in pose, velocity and travel.
+
+    Where nothing is thrown about is better than in the middle of a leap. Nothing is as much like itself as somebody who stands: a cycle moves nearly as much as the clip does where it moves.
+    """
     pose = local.reshape(len(local), -1)
     velocity = np.gradient(pose, axis=0) * (fps * VELOCITY_SECONDS)
     travel = np.gradient(np.cumsum(steps, axis=0), axis=0) * (fps * VELOCITY_SECONDS) * np.sqrt(local.shape[1])
     features = np.concatenate([pose, velocity, travel], axis=1)
     squares = (features**2).sum(1)
     cost = squares[:, None] + squares[None] - 2 * features @ features.T
+    jolt = JOLT * (np.gradient(velocity, axis=0) ** 2).sum(1) * (fps * VELOCITY_SECONDS) ** 2
+    cost += jolt[:, None] + jolt[None]
     frames = np.arange(len(local))
     far = frames[None] - frames[:, None] >= least
     cost = np.where(far & (frames[:, None] >= fade), cost, np.inf)
+    speed = np.linalg.norm(velocity, axis=1) + np.linalg.norm(travel, axis=1)
+    passed = np.concatenate([[0.0], np.cumsum(speed)])[: len(local)]
+    mean = (passed[None] - passed[:, None]) / np.maximum(frames[None] - frames[:, None], 1)
+    wanted = min(LIVELY * float(np.quantile(speed, 0.75)), 0.9 * float(mean[np.isfinite(cost)].max()))
+    cost = np.where(mean >= wanted, cost, np.inf)
     start, end = np.unravel_index(int(np.argmin(cost)), cost.shape)
     return int(start), int(end)
 
@@ -278,6 +292,13 @@ def _walk(steps: FloatArray) -> GroundPath:
     cos, sin = np.cos(heading), np.sin(heading)
     moved = np.stack([cos * steps[:, 0] + sin * steps[:, 1], -sin * steps[:, 0] + cos * steps[:, 1]], axis=-1)
     return GroundPath(np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading)
+
+
+def _closed_walk(steps: FloatArray) -> GroundPath:
+    """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends where it starts: sideways steps of somebody who sways don't add up to none."""
+    walked = _walk(np.concatenate([steps, np.zeros((1, 3))]))
+    drift = np.linspace(0, 1, len(steps) + 1)[:, None] * walked.position[-1]
+    return GroundPath((walked.position - drift)[:-1], walked.heading[:-1])
 
 
 def _smooth_cyclic(values: FloatArray, sigma: float) -> FloatArray:

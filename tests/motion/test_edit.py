@@ -13,8 +13,10 @@ from a2v.errors import InputError
 from a2v.kinematics.ground import ground_path
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
+from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, air_seconds, change_speed, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
 from a2v.motion.on_rig import retarget_edited
+from a2v.motion.prompts import Step
 from a2v.types import Motion
 from tests.support.motions import person
 
@@ -40,6 +42,21 @@ def test_a_loop_closes(action: str) -> None:
     assert np.abs(rounds[-loop.frames, 0] - rounds[0, 0]).max() < 0.01  # no drift after nineteen rounds
     lengths = np.linalg.norm(loop.joints - loop.joints[:, np.maximum(loop.parents, 0)], axis=-1)
     assert np.ptp(lengths, axis=0).max() < 1e-4
+
+
+@pytest.mark.parametrize("action", ["Run and duck", "Crossover walk"])
+def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
+    loop = make_loop(make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], frames=150, fps=30.0), in_place=True)
+    twice = np.concatenate([loop.joints] * 2)
+    root = acceleration(twice[:, :1], loop.fps)[:, 0]
+    assert root[loop.frames - 2 : loop.frames].max() <= 1.2 * root[: loop.frames - 2].max()
+
+
+def test_a_cycle_of_somebody_who_first_stands_moves() -> None:
+    clip = make_motion(MotionModel.load("cmu-fine"), [Step(action="Walk")], frames=150, fps=30.0)
+    speed = [np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1) for motion in (clip, make_loop(clip))]
+    assert speed[0][:15].mean() < 0.3 * speed[0].max()
+    assert speed[1].mean() > speed[0].mean()
 
 
 def test_a_loop_that_travels_goes_on() -> None:

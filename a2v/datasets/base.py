@@ -250,11 +250,16 @@ class ClipSampler:
 
     A window starts at a random frame of its clip; a clip that is too short is padded by repeating its last
     pose; the first root is moved to the origin (the papers' protocol).
+
+    A `balance` is the share of a batch for which first an action is drawn, all alike, and then one of its clips; the others are drawn from all clips alike.
     """
 
-    def __init__(self, dataset: ActionDataset, length: int) -> None:
+    def __init__(self, dataset: ActionDataset, length: int, *, balance: float = 0.0) -> None:
         self.length = length
         self.labels = np.asarray(dataset.labels, dtype=np.int64)
+        self.balance = balance
+        self._by_action = np.argsort(self.labels, kind="stable")
+        self._clips_of = np.bincount(self.labels)
         self._frames = np.concatenate(dataset.joints).astype(np.float32)
         self._counts = np.array([len(joints) for joints in dataset.joints])
         self._starts = np.concatenate([[0], np.cumsum(self._counts)[:-1]])
@@ -269,9 +274,19 @@ class ClipSampler:
         moved: FloatArray = joints - joints[:, :1, :1]
         return moved
 
+    def draw(self, size: int, generator: np.random.Generator) -> IntArray:
+        """Indices (B,) of `size` clips, drawn with replacement."""
+        clips: IntArray = generator.integers(0, len(self.labels), size)
+        if self.balance:
+            actions = generator.choice(np.flatnonzero(self._clips_of), size)
+            first = np.cumsum(self._clips_of) - self._clips_of
+            alike = self._by_action[first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)]
+            clips = np.where(generator.random(size) < self.balance, alike, clips)
+        return clips
+
     def batch(self, size: int, generator: np.random.Generator) -> tuple[FloatArray, IntArray, FloatArray]:
         """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B, J)."""
-        clips = generator.integers(0, len(self.labels), size)
+        clips = self.draw(size, generator)
         return self.windows(clips, generator), self.labels[clips], self._lengths[clips]
 
 

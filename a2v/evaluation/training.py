@@ -38,6 +38,8 @@ class ClassifierSettings(RunSettings):
     face_forward : bool
         Windows are turned so that their first frame faces +z, in training and whenever the classifier is asked: it knows actions by how
         people move, not by where in the laboratory they happened to walk. For data whose classifier nobody published.
+    balance : float
+        Share of a batch that is drawn from all actions alike instead of from all clips: where some actions have few, it learns them too.
     """
 
     iterations: int = 1500
@@ -46,11 +48,14 @@ class ClassifierSettings(RunSettings):
     weight_decay: float = 1e-4
     clip_gradient: float = 1.0
     face_forward: bool = False
+    balance: float = 0.0
     checkpoint_seconds: float = 60.0
 
     def __post_init__(self) -> None:
         if min(self.iterations, self.batch_size, self.log_every) < 1:
             raise InputError("iterations, batch_size and log_every of the classifier must be positive")
+        if not 0 <= self.balance <= 1:
+            raise InputError(f"balance of the classifier is {self.balance}; expected 0 (clips alike) to 1 (actions alike)")
 
 
 def held_out_accuracy(evaluator: Evaluator, held_out: ActionDataset, *, windows: int = 4, seed: int = 0) -> float:
@@ -73,7 +78,7 @@ class ClassifierTraining(Training):
         self.network = ActionClassifier(3 * dataset.skeleton.n_joints, len(dataset.actions)).to(self.device)
         self.optimizer = torch.optim.AdamW(self.network.parameters(), lr=settings.learning_rate, weight_decay=settings.weight_decay)
         self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01)
-        self.sampler = ClipSampler(dataset, dataset.length)
+        self.sampler = ClipSampler(dataset, dataset.length, balance=settings.balance)
         self.facing = Facing.of(dataset) if settings.face_forward else None
 
     def step(self) -> dict[str, float]:

@@ -84,7 +84,7 @@ def _directed(
     lengths: FloatArray | None,
 ) -> Motion:
     assert isinstance(model.sampler, WindowSampler)
-    way, facts = None, {}
+    way, pace, facts = None, 0.0, {}
     if direction.path is not None:
         way, pace = _way(model, steps[0].action, direction)
         frames = int((len(way.points) - 1) / (model.fps * speed * steps[0].speed) * fps + 1e-6) + 1
@@ -101,7 +101,7 @@ def _directed(
     kept = [round(key.time * fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)
     facts |= {"keyframes": [key.time for key in timed.keyframes]} if timed.keyframes else {}
-    made = hold_limbs(lock_feet(made, skeleton, kept=kept), skeleton, direction.holds)
+    made = hold_limbs(lock_feet(made, skeleton, kept=kept, pace=pace), skeleton, direction.holds)
     return dataclasses.replace(made, provenance={**made.provenance, **facts})
 
 

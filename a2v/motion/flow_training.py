@@ -37,20 +37,13 @@ class WindowPool:
     """Encoded random windows with what conditions them; drawn anew now and then."""
 
     def __init__(self, dataset: ActionDataset, codec: WindowCodec, *, balance: float = 0.0, forward: bool = False) -> None:
-        self.dataset, self.codec, self.balance, self.forward = dataset, codec, balance, forward
-        self.sampler = ClipSampler(dataset, dataset.length)
+        self.dataset, self.codec, self.forward = dataset, codec, forward
+        self.sampler = ClipSampler(dataset, dataset.length, balance=balance)
         self.counts = np.array([len(joints) for joints in dataset.joints])
-        self._by_action = np.argsort(dataset.labels, kind="stable")
-        self._clips_of = np.bincount(dataset.labels, minlength=len(dataset.actions))
-        self._first = np.cumsum(self._clips_of) - self._clips_of
 
     def draw(self, size: int, generator: np.random.Generator) -> Windows:
         """`size` random windows."""
-        clips = generator.integers(0, len(self.dataset), size)
-        if self.balance:
-            actions = generator.choice(np.flatnonzero(self._clips_of), size)
-            alike = self._by_action[self._first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)]
-            clips = np.where(generator.random(size) < self.balance, alike, clips)
+        clips = self.sampler.draw(size, generator)
         joints = self.sampler.windows(clips, generator)
         if self.forward:
             joints = face_forward(joints, first_heading(joints, self.dataset.skeleton))

@@ -20,6 +20,8 @@ from a2v.types import BoolArray, FloatArray, IntArray, Motion
 
 #: When an ankle or a toe counts as standing: wider than on a rig, as steered feet slide while they should stand.
 CONTACTS = ContactSettings(height_on=0.05, height_off=0.08, speed_on=0.7, speed_off=1.1)
+PACE_SHARE = 0.9
+"""Share of the pace that a standing foot may slide with on a path, before it is held: feet of people who run round a bend slide with them."""
 REACH = 0.999
 """Share of a limb's length that is its longest."""
 SMOOTH_SECONDS = 0.05
@@ -37,11 +39,14 @@ def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:
     return chain[-4], chain[-3], chain[-2]
 
 
-def lock_feet(motion: Motion, skeleton: Skeleton, *, kept: Sequence[int] = (), settings: ContactSettings = CONTACTS) -> Motion:
+def lock_feet(motion: Motion, skeleton: Skeleton, *, kept: Sequence[int] = (), pace: float = 0.0, settings: ContactSettings = CONTACTS) -> Motion:
     """A clip whose feet stay where they stand: each contact at its middle place, corrections smooth between; bones keep their lengths.
 
-    The root keeps its path, and the frames `kept` their poses. A skeleton whose feet are no ends of limbs is left as it is.
+    The root keeps its path, and the frames `kept` their poses. On a path that is taken at `pace`, metres a second, feet count as standing
+    up to `PACE_SHARE` of that. A skeleton whose feet are no ends of limbs is left as it is.
     """
+    faster = max(1.0, PACE_SHARE * pace / settings.speed_on)
+    settings = dataclasses.replace(settings, speed_on=faster * settings.speed_on, speed_off=faster * settings.speed_off)
     joints = motion.joints.astype(np.float64)
     fixed = np.zeros(len(joints), bool)
     fixed[list(kept)] = True

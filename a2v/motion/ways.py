@@ -23,7 +23,7 @@ SVG_METRES = 0.01
 ROUNDING = 0.12
 """Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7 cm."""
 
-SIDEWAYS, ALONG = 2.5, 2.0
+SIDEWAYS, ALONG = 1.8, 2.0
 """Accelerations that people turn with and get faster and slower with, m/s²: they slow down for a corner, and walk the sharpest at `SLOWEST` of
 their pace."""
 SLOWEST = 0.4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import zipfile
 
@@ -186,6 +187,15 @@ def test_windows_reach_the_first_and_the_last_frame_of_a_clip():
         errors = [np.abs(window - (dataset.joints[0][s : s + 40] - dataset.joints[0][s, 0])).max() for s in range(4)]
         starts.add(int(np.argmin(errors)))
     assert starts == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize(("balance", "share"), [(0.0, 1 / 7), (0.5, 0.5 / 7 + 0.25), (1.0, 0.5)])
+def test_actions_of_few_clips_are_drawn_as_often_as_asked_for(balance, share):
+    data = dataclasses.replace(small_dataset((30,) * 7), labels=np.array([0, 0, 0, 1, 0, 0, 0]))
+    sampler = ClipSampler(data, 20, balance=balance)
+    clips = sampler.draw(20000, np.random.default_rng(0))
+    assert abs((data.labels[clips] == 1).mean() - share) < 0.02
+    assert set(clips) == set(range(7))
 
 
 def test_the_seed_decides_the_batch():

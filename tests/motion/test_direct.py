@@ -61,6 +61,16 @@ def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel,
     assert ours.jitter < 1.2 * theirs.jitter
 
 
+def test_who_jogs_round_a_bend_does_not_slide(model: MotionModel) -> None:
+    ours, theirs = [], []
+    for seed in (0, 1):
+        made = make_motion(model, [Step(action="Jog")], frames=60, fps=30, seed=seed, direction=Direction(path=Path(PATHS["circle"])))
+        free = make_motion(model, [Step(action="Jog", frames=made.frames)], frames=60, fps=30, seed=seed)
+        ours.append(physics_metrics(made, floor=None).skating)
+        theirs.append(physics_metrics(free, floor=None).skating)
+    assert np.mean(ours) < 1.2 * np.mean(theirs)
+
+
 def test_a_corner_is_taken_slowly_by_who_is_fast() -> None:
     path = Path(PATHS["corner"])
     for pace, least in ((1.0, 0.5), (3.0, 0.9)):

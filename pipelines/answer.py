@@ -28,6 +28,8 @@ class Answer:
         What people read instead of `files`, a path a line.
     code : int
         The exit code.
+    error : str
+        Why `code` is not 0, a sentence.
     """
 
     files: Sequence[Path] = ()
@@ -35,14 +37,16 @@ class Answer:
     notes: Sequence[str] = ()
     text: str | None = None
     code: int = 0
+    error: str = ""
 
     def for_people(self) -> str:
         """What is printed on standard output."""
         return "\n".join(map(str, self.files)) if self.text is None else self.text
 
     def as_json(self, command: str) -> str:
-        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes`` and the facts."""
+        """One JSON object: ``command``, ``exit_code``, ``files``, ``notes``, the facts, and ``error`` where something is wrong."""
         known = {"command": command, "exit_code": self.code, "files": self.files, "notes": self.notes}
+        known |= {"error": self.error} if self.error else {}
         return json.dumps(plain({**known, **self.facts}), indent=2)
 
 

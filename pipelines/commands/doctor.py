@@ -28,5 +28,6 @@ def run(options: Options) -> Answer:
     checks = list(run_checks(options.cache))
     lines = [f"{check.status:<8} {check.name:<10} {check.about}" + f"\n{'':<20}-> {check.advice}" * bool(check.advice) for check in checks]
     failed = [check.name for check in checks if check.status == "fails"]
-    lines.append(f"\n{', '.join(failed)}: a video cannot be made before this works" if failed else "\na video can be made here")
-    return Answer(text="\n".join(lines), facts={"checks": checks, "works": not failed}, code=2 if failed else 0)
+    error = f"{', '.join(failed)}: a video cannot be made before this works" if failed else ""
+    text = "\n".join([*lines, "", error or "a video can be made here"])
+    return Answer(text=text, facts={"checks": checks, "works": not failed}, code=2 if failed else 0, error=error)

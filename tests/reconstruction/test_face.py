@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -14,6 +15,7 @@ from a2v.body.face import actions_of, face_landmarks
 from a2v.geometry.mesh import is_closed
 from a2v.reconstruction import FaceSettings, add_face
 from a2v.reconstruction.face.build import _Bend, _facing, _posed
+from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
 from a2v.reconstruction.face.sewing import sew
@@ -280,3 +282,44 @@ def test_people_blink_now_and_then(fps: float) -> None:
     assert not np.array_equal(shut, blinks(int(seconds * fps), fps, BlinkSettings(seed=4)))
     assert (blinks(int(2.5 * fps), fps, BlinkSettings(seed=9)) == 1).any()  # short clips show one
     assert blinking(100, fps, BlinkSettings(rate=0)) == {}
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 45.0])
+def test_closed_lips_hide_what_is_behind_them(made: Surface, face: Face, azimuth: float) -> None:
+    step = 0.0003
+    angle = np.radians(azimuth)
+    backward, right = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([np.cos(angle), 0, -np.sin(angle)])
+    x, y = np.meshgrid(np.arange(-0.045, 0.045, step), np.arange(-0.03, 0.03, step))
+    starts = kind(face, made, 4).mean(axis=0) + x[..., None] * right + y[..., None] * np.array([0, 1, 0]) + backward
+
+    from a2v.geometry.rays import ray_scene
+
+    rays = np.concatenate([starts, np.broadcast_to(-backward, starts.shape)], axis=-1).astype(np.float32)
+    hit = ray_scene(made.vertices, made.faces).cast_rays(rays)["primitive_ids"].numpy().astype(np.int64)
+    kinds = np.zeros(len(made.vertices), int)
+    kinds[face.patch] = face.kinds
+    seen = kinds[made.faces[hit[hit < len(made.faces)]]].min(axis=-1)
+    assert (seen == 4).sum() * step**2 < 3e-6  # square metres of teeth; the model's own lips show 12 square millimetres
+    assert (seen >= 2).sum() * step**2 < 5e-6
+
+
+def test_eyes_behind_dark_lenses_stay_dark(made: Surface, face: Face) -> None:
+    """No white is painted where the photo has none; where it has one, the ball is white beyond the lids too."""
+    skin, dark, white = np.array([0.7, 0.5, 0.4]), np.array([0.1, 0.1, 0.13]), np.array([0.8, 0.78, 0.76])
+    points = face.landmarks[:, :2].astype(np.float64)
+    corners = points[list(RIGHT_EYE)]
+    wide, middle = float(np.ptp(corners[:, 0])), corners.mean(axis=0)
+    rows, columns = np.mgrid[:2048, :2048] + 0.5
+    around = (np.abs(columns - middle[0]) < 1.2 * wide) & (np.abs(rows - middle[1]) < 0.8 * wide)
+    inside = cv2.fillPoly(np.zeros((2048, 2048), np.uint8), [np.round(corners).astype(np.int32)], 1) > 0
+    above = int(corners[:, 1].min() - 0.3 * wide), int(middle[0] - 0.3 * wide)
+    lenses = np.where(around[..., None], dark, skin)
+    paint = face_paint(made, lenses)
+    assert paint is not None
+    assert np.abs(paint.eyes[np.hypot(columns - middle[0], rows - middle[1]) < 0.6 * wide] - dark).max() < 0.05
+    paint = face_paint(made, np.where(inside[..., None], white, skin))
+    assert paint is not None
+    assert paint.eyes[above].min() > skin.max() - 0.05
+    assert paint.colors.shape == (len(paint.inner), 3)
+    teeth = paint.colors[np.isin(paint.inner, face.patch[face.kinds == 4])]
+    assert teeth.max(axis=0)[0] > 0.6 > teeth.min(axis=0)[0]  # front teeth are bright, those that lie deep are not

@@ -19,6 +19,8 @@ _TURNED = 38.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
 _TEETH_SCALE, _UPPER_UP, _LOWER_DOWN = np.array([0.78, 0.92, 0.94]), 0.0005, 0.002
 """The teeth are the model's stand-ins and too large for its mouth: so much smaller and moved, metres, closed lips hide them, and open ones show them."""
+_CLOSED = 0.05
+"""So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a fraction of a millimetre, through which teeth show."""
 _LID = 0.82
 """So much of the model's blink: whole, its upper lids fall 3 to 4 mm below the lower ones."""
 _SEEN_TURNED = 3.06
@@ -126,6 +128,8 @@ def _sewn(
     posed, turns = _posed(body)
     assert subject.face is not None
     posed, turns = _facing(posed, turns, subject.face, camera)
+    closing, shifts = actions_of()["mouthClose"]
+    posed[closing] += _CLOSED * np.einsum("vab,vb->va", turns[closing], shifts)
     ids, weights = face_landmarks()
     on_body = np.einsum("kc,kcd->kd", weights, posed[ids])[:, :2]
     on_photo = camera.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]

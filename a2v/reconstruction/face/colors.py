@@ -6,16 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body.face import gums
 from a2v.face import FACE_KINDS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.face.places import LEFT_EYE, LEFT_IRIS, RIGHT_EYE, RIGHT_IRIS
-from a2v.types import FloatArray, IntArray, Surface
+from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 EYE = FACE_KINDS.index("eye")
 _DARK = np.array([0.17, 0.06, 0.06])
 _TONGUE = np.array([0.66, 0.34, 0.33])
 _TEETH = np.array([0.88, 0.85, 0.78])
+_GUM = np.array([0.72, 0.4, 0.38])
 _WHITE = np.array([0.84, 0.81, 0.79])
+_LASHES = 0.04
+"""So much of an eye's width beyond its opening the eyeball keeps the photo's colours."""
+_BALL = 1.2
+"""So many widths of an eye around its middle are painted as its ball; the other eye begins at one and a half."""
 _DEEP = 0.022
 """So far behind the lips, metres, the mouth is dark."""
 
@@ -64,10 +70,10 @@ def face_paint(surface: Surface, photo: FloatArray) -> FacePaint | None:
     front = float(lips.max()) if len(lips) else float(depth.max())
     share = np.clip((front - surface.vertices[inner, 2]) / _DEEP, 0, 1)[:, None]
     shaded = (1 - share) * lip * 0.8 + share * _DARK * light
-    tongue, row = (
-        light * _TONGUE * (1 - 0.4 * share),
-        light * _TEETH * (1 - 0.8 * np.clip((front - surface.vertices[inner, 2, None]) / (2 * _DEEP), 0, 1)),
-    )
+    gum = np.zeros((len(surface.vertices), 1))
+    gum[face.patch[face.kinds == FACE_KINDS.index("teeth")], 0] = gums()
+    row = (1 - gum[inner]) * _TEETH + gum[inner] * _GUM
+    tongue, row = light * _TONGUE * (1 - 0.4 * share), light * ((1 - share) * row + share * (0.25 * row + _DARK))
     which = kinds[inner, None]
     colors = np.where(which == FACE_KINDS.index("mouth"), shaded, np.where(which == FACE_KINDS.index("tongue"), tongue, row))
     return FacePaint(kinds, inner, np.clip(colors, 0, 1), _eyeballs(photo, points, light))
@@ -88,18 +94,23 @@ def _eyeballs(photo: FloatArray, points: FloatArray, light: float) -> FloatArray
         cv2.fillPoly(large, [np.round((corners - 0.5) * 16).astype(np.int32)], 255, lineType=cv2.LINE_AA, shift=4)
         within = cv2.GaussianBlur(cv2.erode(large.astype(np.float32) / 255, np.ones((2, 2))), (0, 0), max(0.5, 0.02 * wide))
         away = np.hypot(columns - middle[0], rows - middle[1])
-        white = (within > 0.6) & (away > 1.15 * radius)
-        if white.sum() >= 4:
-            pixels = photo[white]
-            bright = pixels[np.argsort(pixels.sum(axis=1))[len(pixels) // 2 :]]
-            color = 0.8 * bright.mean(axis=0) + 0.2 * light * _WHITE
-        else:
-            color = light * _WHITE
+        color = _white(photo, (within > 0.6) & (away > 1.15 * radius), large > 64, light)
         dark = (within > 0.6) & (away < 0.9 * radius)
         of_iris = np.median(photo[dark], axis=0) if dark.sum() >= 2 else np.array([0.25, 0.18, 0.14])
         disc = np.clip((radius - away) / max(0.8, 0.15 * radius) + 0.5, 0, 1)[..., None]
         ball = disc * of_iris + (1 - disc) * color
-        near = np.clip(2.2 - np.hypot(columns - corners[:, 0].mean(), rows - corners[:, 1].mean()) / wide, 0, 1)[..., None]
-        alpha = within[..., None]
+        near = np.clip(5 * (_BALL - np.hypot(columns - corners[:, 0].mean(), rows - corners[:, 1].mean()) / wide), 0, 1)[..., None]
+        # up to the lids, whose lashes and shadow belong on the ball: it would stand out from the photo's eye with a bright rim
+        outside = cv2.distanceTransform(np.where(large > 127, 0, 255).astype(np.uint8), cv2.DIST_L2, 5)
+        alpha = np.clip(1 - (outside - _LASHES * wide) / (2 * _LASHES * wide), 0, 1)[..., None]
         made = near * (alpha * made + (1 - alpha) * ball) + (1 - near) * made
     return np.asarray(made, np.float32)
+
+
+def _white(photo: FloatArray, clear: BoolArray, opening: BoolArray, light: float) -> FloatArray:
+    """The colour (3,) of an eye's white: of the brighter half of the `clear` (H, W) pixels; without any, of the opening's, whatever covers it."""
+    pixels = photo[clear if clear.sum() >= 4 else opening]
+    if not len(pixels):
+        return light * _WHITE
+    bright = pixels[np.argsort(pixels.sum(axis=1))[len(pixels) // 2 :]].mean(axis=0)
+    return np.asarray(0.8 * bright + 0.2 * np.minimum(light * _WHITE, 1.5 * bright) if clear.sum() >= 4 else bright)

@@ -1,7 +1,8 @@
 """Contact sheets to be looked at, into an ignored folder: each photo beside its character from all sides, and in motion.
 
     python scripts/make_sheets.py [NAME ...] [--out sheets] [--action Walk] [--frames 4] [--size 320] [--docs]
-    python scripts/make_sheets.py [NAME ...] --faces       heads instead: expressions from before and turned, and how far the landmarks are off
+    python scripts/make_sheets.py [NAME ...] --faces       heads instead: expressions from before and turned, and how far the landmarks are off;
+                                                           --docs: all of them small, into docs/images/faces.jpg
 
 NAME is a photo's file name without suffix, or an avatar's; by default the sample, the photos of ``$A2V_DATA/photos`` and six avatars of
 ``$A2V_DATA/avatars`` photographed here. `--docs` also writes the sample's sheet to ``docs/images/sample_sheet.jpg``.
@@ -21,6 +22,7 @@ from PIL import Image, ImageDraw
 
 from a2v.animation import deform
 from a2v.body.face import face_landmarks
+from a2v.formats.gltf.vrm import EXPRESSIONS
 from a2v.io import atomic_path
 from a2v.perception.face import look_closely
 from a2v.reconstruction import surface_sheet
@@ -41,9 +43,9 @@ FACES: dict[str, dict[str, float]] = {
     "blink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
     "smile": {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5},
     "open jaw": {"jawOpen": 1.0},
-    "pucker": {"mouthPucker": 1.0},
+    **{vowel: EXPRESSIONS[vowel] for vowel in ("aa", "ih", "ou", "ee", "oh")},
 }  # fmt: skip
-"""Expressions that are looked at."""
+"""Expressions that are looked at; vowels as VRM's presets have them."""
 PLACED = {"eyes": (*RIGHT_EYE, *LEFT_EYE), "brows": BROWS, "lips": LIPS}
 """Landmarks that are measured."""
 
@@ -163,6 +165,15 @@ def _tell(name: str, how: str, seen: np.ndarray, asked: np.ndarray, known: np.nd
     print(f"{name}, {how}: off by {', '.join(said)} px, median (most), of a face of 512")
 
 
+def _write_for_docs(picture: Image.Image, largest: tuple[int, int], name: str) -> None:
+    """Write a small copy of a sheet beside the documentation's pictures."""
+    picture.thumbnail(largest, Image.Resampling.LANCZOS)
+    buffer = io.BytesIO()
+    picture.convert("RGB").save(buffer, "jpeg", quality=80, optimize=True)
+    with atomic_path(ROOT / "docs" / "images" / name) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+
+
 def main() -> int:
     """Write the sheets; print their paths."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -180,14 +191,17 @@ def main() -> int:
     if unknown := [name for name in given.names if name not in known]:
         print(f"unknown {unknown[0]}; choose from {', '.join(known)}", file=sys.stderr)
         return 2
+    faces: list[np.ndarray] = []
     for name in given.names or known:
         path = known[name]
         photo = photographed(path, given.out) if path.suffix == ".glb" else path
         if given.faces:
             target = given.out / f"{name}_face.png"
+            made = face_sheet(photo, size=given.size)
             with atomic_path(target) as temporary:
-                Image.fromarray(face_sheet(photo, size=given.size)).save(temporary)
+                Image.fromarray(made).save(temporary)
             print(target, flush=True)
+            faces += [made] if len(np.unique(made)) > 1 else []  # one colour: no face was seen
             continue
         picture = Image.fromarray(
             sheet(photo, model=given.model, action=given.action, frames=given.frames, seed=given.seed, size=given.size)
@@ -197,11 +211,9 @@ def main() -> int:
             picture.save(temporary)
         print(target)
         if given.docs and name == "person":
-            picture.thumbnail((1600, 2400))
-            buffer = io.BytesIO()
-            picture.convert("RGB").save(buffer, "jpeg", quality=82, optimize=True)
-            with atomic_path(ROOT / "docs" / "images" / "sample_sheet.jpg") as temporary:
-                temporary.write_bytes(buffer.getvalue())
+            _write_for_docs(picture, (1600, 2400), "sample_sheet.jpg")
+    if faces and given.docs:
+        _write_for_docs(Image.fromarray(np.vstack(faces)), (1000, 6000), "faces.jpg")
     return 0
 
 

@@ -1,11 +1,12 @@
 // A GLB of ours as binary FBX in centimetres: three.js reads it, @comfyorg/fbx-exporter-three writes it.
 // node fbx_writer.mjs in.glb out.fbx FPS, beside a node_modules that holds both packages.
 import { readFileSync, writeFileSync } from "node:fs";
-import { Matrix4, Scene, Texture, Vector3 } from "three";
+import { Matrix4, Quaternion, Scene, Texture, Vector3 } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { FBXExporter } from "@comfyorg/fbx-exporter-three";
 
 const CENTIMETRES = 100;
+const APART = 0.03; // centimetres
 globalThis.self ??= globalThis; // GLTFLoader looks for URL there
 
 // The GLB without its pictures, which only a browser could decode, and the bytes of the base colour's.
@@ -52,6 +53,35 @@ function inCentimetres(scene, animations) {
     for (const track of clip.tracks) if (track.name.endsWith(".position")) track.values.forEach((value, i, all) => (all[i] = value * CENTIMETRES));
 }
 
+// The topmost bone moves off the line to its only child by less than a millimetre: Blender's importers connect a bone to a parent whose
+// tail it stands on, and let no connected bone move, so that hips over a root would stay at one height.
+function apart(scene, animations) {
+  const bones = [];
+  scene.traverse((object) => object.isBone && !object.parent?.isBone && bones.push(object));
+  for (const root of bones) {
+    const children = root.children.filter((child) => child.isBone);
+    if (children.length !== 1) continue;
+    const away = children[0].position.toArray().map(Math.abs);
+    const shift = new Vector3().setComponent(away.indexOf(Math.min(...away)), APART);
+    const key = (name) => animations.map((clip) => clip.tracks.find((track) => track.name === name));
+    const turns = key(`${root.name}.quaternion`);
+    key(`${root.name}.position`).forEach((track, clip) => moved(track, (t) => shift.clone().applyQuaternion(turn(turns[clip], t, root))));
+    key(`${children[0].name}.position`).forEach((track) => moved(track, () => shift.clone().negate()));
+    root.position.add(shift.clone().applyQuaternion(root.quaternion));
+    children[0].position.sub(shift);
+  }
+  scene.updateMatrixWorld(true);
+  scene.traverse((object) => object.isSkinnedMesh && object.skeleton.calculateInverses());
+}
+
+function moved(track, shift) {
+  for (let t = 0; t < (track?.times.length ?? 0); t++) new Vector3().fromArray(track.values, 3 * t).add(shift(t)).toArray(track.values, 3 * t);
+}
+
+function turn(track, t, bone) {
+  return track ? new Quaternion().fromArray(track.values, 4 * Math.min(t, track.times.length - 1)) : bone.quaternion;
+}
+
 // Of the two ways to say a rotation in three angles the one nearer to the frame before: no leaps between keys.
 function steady(curves) {
   const values = curves.map((curve) => curve.values);
@@ -80,6 +110,7 @@ const scene = new Scene();
 scene.add(...gltf.scene.children);
 inCentimetres(scene, gltf.animations);
 scene.updateMatrixWorld(true);
+apart(scene, gltf.animations);
 if (picture) scene.traverse((object) => object.isMesh && (object.material.map = Object.assign(new Texture(), { name: "texture" })));
 const exporter = new FBXExporter().register((plan) => {
   for (const [, entry] of plan.textures.textures) Object.assign(entry, { imageBytes: picture.bytes, extension: picture.extension, fileName: `texture.${picture.extension}` });

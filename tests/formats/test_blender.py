@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,19 +18,7 @@ from a2v.formats.bvh import write_bvh
 from a2v.formats.fbx import write_fbx
 from a2v.formats.gltf import write_glb
 
-ROOT = Path(__file__).resolve().parents[2]
 BONES = ("wrist.L", "wrist.R", "head", "foot.L")
-
-
-@pytest.fixture(scope="module")
-def blender() -> str:
-    """A Python with bpy: $A2V_BLENDER_PYTHON, this one, or build/bpy's."""
-    for python in (os.environ.get("A2V_BLENDER_PYTHON"), sys.executable, str(ROOT / "build" / "bpy" / "bin" / "python")):
-        if python and Path(python).exists():
-            done = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=120, check=False)
-            if done.returncode == 0:
-                return python
-    pytest.skip("no Python with bpy; python3.11 -m venv build/bpy && build/bpy/bin/pip install bpy, or set A2V_BLENDER_PYTHON")
 
 
 @pytest.fixture(scope="module")

@@ -151,3 +151,24 @@ def test_what_is_not_stated_is_asked_for(character: Character, tmp_path: Path) -
     with pytest.raises(InputError, match="change the rig to vrm"):
         write_vrm(tmp_path / "a.vrm", character, META)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_the_add_on_of_blender_finds_nothing_wrong(files: tuple[Path, Path], person: tuple[Character, np.ndarray], vrm_addon: str) -> None:
+    character, moves = person
+    names, frames = ("leftHand", "rightHand", "leftFoot", "head"), [0, 4, 9]
+    snake = ("left_hand", "right_hand", "left_foot", "head")
+    script = str(Path(__file__).with_name("look_in_vrm_addon.py"))
+    command = [vrm_addon, script, *map(str, files), "10", ",".join(map(str, frames)), ",".join(snake)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert "TOLD " in done.stdout, done.stdout[-1500:] + done.stderr[-1500:]
+    told: dict[str, Any] = json.loads(done.stdout.rpartition("TOLD ")[2].partition(" END")[0])
+    assert told["read"] == told["played"] == ["FINISHED"]
+    assert told["found"] == []
+    assert set(told["bones"].values()) >= VRM_REQUIRED
+    assert told["meta"] == {"name": "Ada", "authors": ["A. Person"], "licence": META.licence_url, "look_at": "bone"}
+    assert told["presets"] == {"blink": 2, "blink_left": 1, "happy": 6, "aa": 1, "oh": 2, "look_up": 2}
+    assert told["custom"] == 52
+    places = moves[frames][:, [character.body.bone_names.index(name) for name in names]][..., :3, 3]
+    np.testing.assert_allclose(told["heads"], places, atol=1e-3)
+    assert told["lid"] == pytest.approx([0, 1, 0], abs=1e-3)

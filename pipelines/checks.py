@@ -119,7 +119,7 @@ def check_renderer() -> Check:
 
 def check_denoiser() -> Check:
     """Open Image Denoise smooths a noisy picture."""
-    from a2v.rendering.renderer import Layers, denoise
+    from a2v.rendering.denoising import Layers, denoise
 
     noisy = np.random.default_rng(0).random((32, 32, 3), np.float32)
     flat = np.full_like(noisy, 0.5)

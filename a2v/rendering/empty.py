@@ -24,11 +24,12 @@ _FINE = (2, 4)
 
 @dataclass(frozen=True, kw_only=True)
 class Empty:
-    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), and the ground point (H, W, 2) as x and
-    z in metres under each pixel's centre, with `ground` (H, W) where there is one."""
+    """What a camera sees of the empty stage, linear float32: `color` and `albedo` (H, W, 3), the ground's irradiance over pi, `light` (H, W, 3),
+    and the ground point (H, W, 2) as x and z in metres under each pixel's centre, with `ground` (H, W) where there is one."""
 
     color: FloatArray
     albedo: FloatArray
+    light: FloatArray
     place: FloatArray
     ground: BoolArray
 
@@ -40,31 +41,39 @@ def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
     disk shades sun and sky as it does in the traced stage.
     """
     ray = rays(camera, size)
-    ground = ray[..., 1] < -1e-6 if camera.origin[1] > 0 else np.zeros(ray.shape[:2], bool)
-    reach = np.where(ground, -camera.origin[1] / np.where(ground, ray[..., 1], -1), 0)
-    place = (np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]).astype(np.float32)
-    ground &= np.abs(place).max(axis=-1) < _FAR
-    near = np.abs(place).max(axis=-1, keepdims=True) < scene.ground_radius
-    albedo = np.where(near, _printed(scene, place), scene.ground_albedo).astype(np.float32)
-    color = scene.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1)).astype(np.float32)
-    if ground.any():
-        top = int(np.flatnonzero(ground.any(axis=1))[0])
-        albedo[top:] *= np.where(ground[top:], _lines(scene, camera, size, top), 1)[..., None]
-        foot = tuple(round(value - camera.target[axis], 9) for axis, value in ((0, camera.origin[0]), (2, camera.origin[2])))
-        relative = ViewCamera(  # as seen from the lamp, which follows the camera's target: the same in every frame that follows
-            origin=(foot[0], camera.origin[1], foot[1]),
-            target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
-        )  # fmt: skip
-        color[ground] = (albedo * _light(scene, relative, size))[ground]
-    return Empty(color=color, albedo=albedo, place=place, ground=ground)
+    rise = ray[..., 1]
+    ground = rise < -1e-6 if camera.origin[1] > 0 else np.zeros(rise.shape, bool)
+    color = np.array(scene.sky(rise / np.linalg.norm(ray, axis=-1) if scene.zenith is not None else rise), np.float32)
+    albedo = np.tile(np.float32(scene.ground_albedo), (size, size, 1))
+    light, place = np.zeros_like(color), np.zeros((size, size, 2), np.float32)
+    if not ground.any():
+        return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)
+    top = int(np.flatnonzero(ground.any(axis=1))[0])  # nothing above the horizon
+    below, here = ray[top:], ground[top:]
+    reach = np.float32(-camera.origin[1]) / np.where(here, below[..., 1], np.float32(np.inf))
+    for axis in (0, 1):
+        np.add(reach * below[..., 2 * axis], np.float32(camera.origin[2 * axis]), out=place[top:, :, axis])
+    far = np.maximum(np.abs(place[top:, :, 0]), np.abs(place[top:, :, 1]))
+    here &= far < _FAR
+    printed = _printed(scene, place[top:])
+    near = (far < scene.ground_radius)[..., None]
+    albedo[top:] = np.where(near, printed, albedo[top:]) * np.where(here, _lines(scene, camera, size, top), 1)[..., None]
+    foot = tuple(round(value - camera.target[axis], 9) for axis, value in ((0, camera.origin[0]), (2, camera.origin[2])))
+    relative = ViewCamera(  # as seen from the lamp, which follows the camera's target: the same in every frame that follows
+        origin=(foot[0], camera.origin[1], foot[1]),
+        target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
+    )  # fmt: skip
+    light[top:] = _light(scene, relative, size)[top:]
+    color[top:] = np.where(here[..., None], albedo[top:] * light[top:], color[top:])
+    return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)
 
 
 def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
-    """Directions (H, W, 3) through the centres of a picture's pixels, or of squares of `step` pixels that cover it; not unit length."""
-    right, up, backward = camera.axes
+    """Directions (H, W, 3) float32 through the centres of a picture's pixels, or of squares of `step` pixels that cover it; not unit length."""
+    right, up, backward = camera.axes.astype(np.float32)
     count = -(-size // step)
-    at = ((np.arange(count) + 0.5) * step - size / 2) * np.tan(np.radians(camera.fov) / 2) / (size / 2)
-    direction: FloatArray = at[None, :, None] * right - at[:, None, None] * up - backward
+    at = (((np.arange(count) + 0.5) * step - size / 2) * np.tan(np.radians(camera.fov) / 2) / (size / 2)).astype(np.float32)
+    direction: FloatArray = at[None, :, None] * right - (at[:, None] * up + backward)[:, None]
     return direction
 
 

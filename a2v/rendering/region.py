@@ -11,94 +11,137 @@ from a2v.rendering.empty import Empty
 from a2v.rendering.scene import SceneSettings, spot_matrix
 from a2v.types import BoolArray, FloatArray, IntArray
 
-TILE = 8
-"""Pixels a side of the squares that are traced or not."""
+TILE, _FINE = 8, 4
+"""Pixels a side of the squares in which the ground's light and the person are traced or not."""
 
-_NEAR = 1.6
+_STEP = 4
+"""Every so manieth pixel is asked how far it is from the person."""
+
+_LOW = 0.15
+"""What is lower than this throws shadows with edges so sharp that they want whole pixels, metres."""
+
+_NEAR = 1.4
 """Up to this many heights of the person away, ground is traced. Measured: beyond, what a person takes from the sky's light and
 what it reflects changes the ground by less than 0.4 levels of 255."""
 
 _RAMP = 3
 """Tiles over which the traced ground goes over into the empty stage's."""
 
-_GRAIN, _CONTEXT = 16, 24
-"""Boxes to denoise begin at multiples of `_GRAIN` pixels (the denoiser's own raster, or a moving box would flicker), and reach
-`_CONTEXT` pixels further than what is shown of them, over which neighbours are blended."""
+_GAIN = 0.95
+"""A box is cut where two have less than this part of its pixels."""
+
+_GRAIN, _CONTEXT, _MARGIN = 16, 8, 6
+"""Boxes to denoise begin at multiples of `_GRAIN` pixels (the denoiser's own raster, or a moving box would flicker). Where two cut through the person
+they reach `_CONTEXT` pixels further, over which they are blended; elsewhere `_MARGIN`, for what is beside the person holds no noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Region:
-    """`person` and `ground` (H, W) are the pixels that may show the person, and ground near enough to it; `weight` (H, W) in [0, 1]
-    is how much of a traced pixel of ground counts beside the empty stage's."""
+    """`person` (H, W) are the pixels that may show the person; `weight` (H, W) in [0, 1] is how much what is traced of the ground's light
+    counts beside the empty stage's, `contact` (H, W) in [0, 1] how much what is traced of it pixel by pixel, near what touches the ground."""
 
     person: BoolArray
-    ground: BoolArray
     weight: FloatArray
+    contact: FloatArray
 
 
 def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, scene: SceneSettings, empty: Empty) -> Region:
     """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles, whole penumbras."""
     size = len(empty.ground)
-    count = -(-size // TILE)
-    person = _tiles(camera.project(vertices, size)[faces], count, np.zeros(len(faces)), np.zeros(len(faces)))
-    shade = np.zeros_like(person)
-    for point, spread in _shadows(vertices, camera, scene):
-        pixels = camera.project(point, size)[faces]
-        depth = np.linalg.norm(point - np.array(camera.origin), axis=-1)
-        border = spread / np.maximum(depth, 0.1) * size / 2 / np.tan(np.radians(camera.fov) / 2)
-        spreads = np.maximum(np.maximum(border[faces[:, 0]], border[faces[:, 1]]), border[faces[:, 2]])
-        flat = np.minimum(1, 1.5 * abs(camera.origin[1]) / np.maximum(depth, 0.1))  # a circle on the ground is seen from the side
-        shade |= _tiles(pixels, count, spreads, spreads * flat[faces[:, 0]])
+    corners = np.ascontiguousarray(faces.T)
+    person = _tiles(_projected(camera, vertices, size), None, corners, size, _FINE)
+    shade = np.zeros((-(-size // TILE), -(-size // TILE)), bool)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    off = np.maximum(np.maximum(low[[0, 2]] - empty.place, empty.place - high[[0, 2]]), 0)
-    near = empty.ground & (np.hypot(off[..., 0], off[..., 1]) < _NEAR * max(high[1] - low[1], 0.5))
-    return _region(person, _grown(shade, _RAMP + 1) | _any(near, count), size, empty.ground)
+    contact = shade.copy()
+    standing = corners[:, (vertices[corners[0], 1] < _LOW) | (vertices[corners[1], 1] < _LOW)]
+    for point, spread in _shadows(vertices, camera, scene):
+        pixels = _projected(camera, point, size)
+        away = np.maximum(np.linalg.norm(point - np.array(camera.origin, np.float32), axis=-1), np.float32(0.1))
+        border = spread / away * np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2))
+        flat = np.minimum(1, 1.5 * abs(camera.origin[1]) / away)  # a circle on the ground is seen from the side
+        borders = border, border * flat
+        shade |= _tiles(pixels, borders, corners, size, TILE)
+        if standing.shape[1]:
+            contact |= _tiles(pixels, borders, standing, size, TILE)
+    place = empty.place[::_STEP, ::_STEP]
+    off = [np.maximum(np.maximum(low[axis] - place[..., i], place[..., i] - high[axis]), 0) for i, axis in ((0, 0), (1, 2))]
+    near = empty.ground[::_STEP, ::_STEP] & (off[0] ** 2 + off[1] ** 2 < (_NEAR * max(high[1] - low[1], 0.5)) ** 2)
+    shade = _grown(_grown(shade, 1) | _any(near, len(shade), TILE // _STEP), _RAMP)
+    return Region(
+        person=_pixels(person, size, _FINE),
+        weight=_ramp(shade, size, _RAMP) * empty.ground,
+        contact=_ramp(_grown(contact, 1), size, 1) * empty.ground,
+    )
 
 
-def _region(person: BoolArray, shade: BoolArray, size: int, ground: BoolArray) -> Region:
+def _projected(camera: ViewCamera, points: FloatArray, size: int) -> FloatArray:
+    """`ViewCamera.project` (2, V) in float32."""
+    local = (np.asarray(points, np.float32) - np.array(camera.origin, np.float32)) @ camera.axes.T.astype(np.float32)
+    depth = np.where(local[:, 2] < 0, -local[:, 2], np.float32(np.nan))
+    reach = np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2)) / depth
+    return np.stack([size / 2 + reach * local[:, 0], size / 2 - reach * local[:, 1]])
+
+
+def _ramp(tiles: BoolArray, size: int, steps: int) -> FloatArray:
+    """1 inside of marked tiles, falling to 0 over `steps` of them towards their border (size, size) float32."""
     import cv2
 
-    inside = np.pad(shade.astype(np.uint8), 1, mode="edge")  # the picture's border is no border of the region
-    steps = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
-    weight = np.clip((steps - 1) / _RAMP, 0, 1).astype(np.float32)
-    shape = (shade.shape[1] * TILE, shade.shape[0] * TILE)
+    inside = np.pad(tiles.astype(np.uint8), 1, mode="edge")  # the picture's border is no border of the region
+    away = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
+    weight = np.clip((away - 1) / steps, 0, 1).astype(np.float32)
+    shape = (tiles.shape[1] * TILE, tiles.shape[0] * TILE)
     whole = cv2.resize(weight, shape, interpolation=cv2.INTER_LINEAR)[:size, :size]
-    pixels = [np.repeat(np.repeat(tiles, TILE, axis=0), TILE, axis=1)[:size, :size] for tiles in (person, shade)]
-    return Region(person=pixels[0], ground=pixels[1] & ground & ~pixels[0], weight=np.where(pixels[1] & ground, whole, 0))
+    return np.asarray(np.where(_pixels(tiles, size, TILE), whole, np.float32(0)))
+
+
+def _pixels(tiles: BoolArray, size: int, tile: int) -> BoolArray:
+    return np.repeat(np.repeat(tiles, tile, axis=0), tile, axis=1)[:size, :size]
 
 
 def _shadows(vertices: FloatArray, camera: ViewCamera, scene: SceneSettings) -> list[tuple[FloatArray, FloatArray]]:
     """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and how far it spreads (V,), metres."""
-    above = np.maximum(np.asarray(vertices, np.float64), (-np.inf, 0, -np.inf))
-    sun = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)
+    above = np.maximum(np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32))
+    sun = (np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)).astype(np.float32)
     way = above[:, 1:2] / sun[1] * sun
-    spread = np.linalg.norm(way, axis=1) * np.tan(np.radians(scene.sun_angle)) / sun[1]
+    spread = np.linalg.norm(way, axis=1) * np.float32(np.tan(np.radians(scene.sun_angle)) / sun[1])
     found = [(above - way, spread)] if max(scene.sun) > 0 else []
-    lamp = spot_matrix(camera.target, scene)[:3, 3]
+    lamp = spot_matrix(camera.target, scene)[:3, 3].astype(np.float32)
     if max(scene.spot) > 0 and above[:, 1].max() < 0.95 * (lamp[1] - scene.spot_radius):
         part = above[:, 1:2] / (lamp[1] - above[:, 1:2])
         # seen from a point below the lamp its rim may hang lower than its middle
-        lower = above[:, 1] / (lamp[1] - scene.spot_radius - above[:, 1])
+        lower = above[:, 1] / (lamp[1] - np.float32(scene.spot_radius) - above[:, 1])
         reach = np.linalg.norm((above - lamp)[:, [0, 2]], axis=1)
-        found.append((above + part * (above - lamp), (lower - part[:, 0]) * reach + (1 + lower) * scene.spot_radius * part[:, 0]))
+        found.append(
+            (above + part * (above - lamp), (lower - part[:, 0]) * reach + (1 + lower) * np.float32(scene.spot_radius) * part[:, 0])
+        )
     return found
 
 
-def _tiles(corners: FloatArray, count: int, across: FloatArray, down: FloatArray) -> BoolArray:
-    """The tiles (count, count) that the bounding boxes of triangles (F, 3, 2), in pixels, touch with borders (F,) to each side; all where one is partly behind the camera."""
-    marked = np.zeros((count + 1, count + 1), np.int32)
-    seen = np.isfinite(corners).all(axis=2)
-    if (seen.any(axis=1) != seen.all(axis=1)).any():
-        return np.ones((count, count), bool)
-    corners, border = corners[seen[:, 0]], np.stack([across, down], axis=1)[seen[:, 0]]
-    one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]  # several times faster than min and max over an axis of three
-    first = np.floor((np.minimum(np.minimum(one, two), three) - 1 - border) / TILE)
-    last = np.floor((np.maximum(np.maximum(one, two), three) + 1 + border) / TILE) + 1
-    x0, y0 = np.clip(first, 0, count).astype(np.int64).T
-    x1, y1 = np.clip(last, 0, count).astype(np.int64).T
+def _tiles(pixels: FloatArray, borders: tuple[FloatArray, FloatArray] | None, corners: IntArray, size: int, tile: int) -> BoolArray:
+    """The squares of `tile` pixels that the bounding boxes of triangles touch, all where one is partly behind the camera.
+
+    `pixels` (2, V) are where the vertices are, `borders` (V,) across and down go on from them to each side, `corners` (3, F) are the triangles.
+    """
+    count = -(-size // tile)
+    marked = np.zeros((count + 1) ** 2, np.int64)
+    edges = []
+    for axis in (0, 1):
+        border = np.float32(1) if borders is None else 1 + borders[axis]
+        first, last = (pixels[axis] - border)[corners], (pixels[axis] + border)[corners]
+        low = np.minimum(np.minimum(first[0], first[1]), first[2])
+        high = np.maximum(np.maximum(last[0], last[1]), last[2])
+        edges.append((low, high))
+    seen = np.isfinite(edges[0][0])
+    if not seen.all():
+        if (np.isfinite(pixels[0][corners]).any(axis=0) != seen).any():
+            return np.ones((count, count), bool)
+        edges = [(low[seen], high[seen]) for low, high in edges]
+    (x0, x1), (y0, y1) = (
+        (np.clip(low / tile, 0, count).astype(np.int64), np.clip(high / tile + 1, 0, count).astype(np.int64)) for low, high in edges
+    )
     for ys, xs, sign in ((y0, x0, 1), (y0, x1, -1), (y1, x0, -1), (y1, x1, 1)):
-        marked += sign * np.bincount(ys * (count + 1) + xs, minlength=marked.size).reshape(marked.shape).astype(np.int32)
-    covered: BoolArray = marked.cumsum(axis=0).cumsum(axis=1)[:count, :count] > 0
+        marked += sign * np.bincount(ys * (count + 1) + xs, minlength=marked.size)
+    covered: BoolArray = marked.reshape(count + 1, count + 1).cumsum(axis=0).cumsum(axis=1)[:count, :count] > 0
     return covered
 
 
@@ -108,10 +151,10 @@ def _grown(tiles: BoolArray, by: int) -> BoolArray:
     return np.asarray(cv2.dilate(tiles.astype(np.uint8), np.ones((2 * by + 1, 2 * by + 1), np.uint8)), bool)
 
 
-def _any(pixels: BoolArray, count: int) -> BoolArray:
-    padded = np.zeros((count * TILE, count * TILE), bool)
-    padded[: pixels.shape[0], : pixels.shape[1]] = pixels
-    tiles: BoolArray = padded.reshape(count, TILE, count, TILE).any(axis=(1, 3))
+def _any(marks: BoolArray, count: int, each: int) -> BoolArray:
+    padded = np.zeros((count * each, count * each), bool)
+    padded[: marks.shape[0], : marks.shape[1]] = marks
+    tiles: BoolArray = padded.reshape(count, each, count, each).any(axis=(1, 3))
     return tiles
 
 
@@ -129,6 +172,10 @@ class Box:
         """Of an array (H, W, ...)."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
+    def turned(self) -> Box:
+        """Of the picture with rows and columns exchanged."""
+        return Box(top=self.left, bottom=self.right, left=self.top, right=self.bottom)
+
     @property
     def area(self) -> int:
         """Pixels."""
@@ -145,30 +192,39 @@ class Box:
         return np.asarray(np.minimum(sides[0][:, None], sides[1][None, :]) ** 2, np.float32)
 
 
-def boxes(found: Region) -> list[Box]:
-    """One box around the ground and one around what is left of the person, or one around both where that is less."""
-    size = len(found.person)
-    ground = found.ground & (found.weight > 0)
-    around = _box(ground | found.person, size)
-    if not ground.any():
-        return [] if around is None else [around]
-    below = _box(ground, size)
-    if below is None or around is None:  # neither can be: there is ground
-        return []
-    left = found.person.copy()
-    left[below.top + _CONTEXT if below.top else 0 : below.bottom, below.left : below.right] = False
-    above = _box(left, size)
-    if above is None:
-        return [below]
-    return [below, above] if below.area + above.area < around.area else [around]
+def boxes(person: BoolArray) -> list[Box]:
+    """Boxes around what shows the person (H, W): one, cut in two as long as that leaves less to denoise."""
+    around = _box(person)
+    return [] if around is None else _cut(person, around)
 
 
-def _box(pixels: BoolArray, size: int) -> Box | None:
-    if not pixels.any():
+def _cut(person: BoolArray, box: Box, depth: int = 2) -> list[Box]:
+    best, least = [box], float(box.area)
+    rows, columns = box.window
+    inside = np.zeros_like(person)
+    inside[rows, columns] = person[rows, columns]
+    for turned in (False, True):
+        seen = inside.T if turned else inside
+        low, high = (box.left, box.right) if turned else (box.top, box.bottom)
+        for at in range(low + _GRAIN, high, _GRAIN):
+            pair = [one.turned() if turned else one for one in (_box(seen, bottom=at), _box(seen, top=at)) if one is not None]
+            if sum(one.area for one in pair) < _GAIN * least:
+                best, least = pair, sum(one.area for one in pair) / _GAIN
+    if best == [box] or depth == 0:
+        return best
+    return [part for one in best for part in _cut(person, one, depth - 1)]
+
+
+def _box(pixels: BoolArray, top: int = 0, bottom: int | None = None) -> Box | None:
+    """Around what is marked in rows from `top` to `bottom`; where it is cut there, with all the rows that it needs to be blended."""
+    size = len(pixels)
+    end = size if bottom is None else bottom
+    rows = np.flatnonzero(pixels[top:end].any(axis=1)) + top
+    if len(rows) == 0:
         return None
-    edges = []
-    for axis in (1, 0):
-        at = np.flatnonzero(pixels.any(axis=axis))
-        edges += [max(0, (at[0] - _CONTEXT) // _GRAIN * _GRAIN), min(size, -(-(at[-1] + 1 + _CONTEXT) // _GRAIN) * _GRAIN)]
-    top, bottom, left, right = (int(value) for value in edges)
-    return Box(top=top, bottom=bottom, left=left, right=right)
+    first = rows[0] - (_CONTEXT if top and rows[0] == top else _MARGIN)
+    last = rows[-1] + 1 + (_CONTEXT if end < size and rows[-1] + 1 == end else _MARGIN)
+    low, high = max(0, first // _GRAIN * _GRAIN), min(size, -(-last // _GRAIN) * _GRAIN)
+    columns = np.flatnonzero(pixels[low:high].any(axis=0))
+    left, right = max(0, (columns[0] - _MARGIN) // _GRAIN * _GRAIN), min(size, -(-(columns[-1] + 1 + _MARGIN) // _GRAIN) * _GRAIN)
+    return Box(top=int(low), bottom=int(high), left=int(left), right=int(right))

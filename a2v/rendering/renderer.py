@@ -8,78 +8,29 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.geometry.colors import linear_to_srgb, to_bytes
 from a2v.rendering.camera import ViewCamera
+from a2v.rendering.cutout import LUMINANCE, Cutout, behind, continued
+from a2v.rendering.denoising import Layers, denoise, denoise_parts
 from a2v.rendering.empty import Empty, empty_stage, rays
+from a2v.rendering.ground import kept_light
 from a2v.rendering.matter import matter_of
-from a2v.rendering.region import Box, boxes, region
+from a2v.rendering.region import boxes, region
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
-from a2v.rendering.tracer import Traced, Tracer
+from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
-from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, RenderSettings, Surface
+from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layers:
-    """What the path tracer saw, before denoising, float32.
+class _Parts:
+    """A picture (H, W, 3), linear, and what it is made of: `base` is the stage with the person's shadow alone, `kept` what the
+    ground keeps of its light, both (H, W, 3), `person` (H, W) how much of a pixel the samples found to be the person."""
 
-    `color` (H, W, 3) is linear RGB over the backdrop, `albedo` (H, W, 3) the linear reflectance and `normal`
-    (H, W, 3) the direction, world axes, of what is hit first (the ground's where nothing is, so that the horizon is no edge), `alpha` (H, W) how much of the pixel is person or ground.
-    """
-
-    color: FloatArray
-    albedo: FloatArray
-    normal: FloatArray
-    alpha: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cutout:
-    """The person and its shadow, to be laid over anything; linear light, float32.
-
-    `color` (H, W, 3) is the person's, times `alpha` (H, W), the fraction of the pixel that it covers; `shade` (H, W) in
-    [0, 1] is the fraction of its light that the ground keeps.
-    """
-
-    color: FloatArray
-    alpha: FloatArray
-    shade: FloatArray
-
-    def over(self, background: FloatArray) -> FloatArray:
-        """On a background (H, W, 3) or (3,) in linear RGB: (H, W, 3)."""
-        return np.asarray(self.color + ((1 - self.alpha) * self.shade)[..., None] * background, np.float32)
-
-    def rgba(self) -> ByteArray:
-        """(H, W, 4) uint8, sRGB with straight alpha; laid over a picture by the usual blend of sRGB values the shadow is right."""
-        shadow = (1 - self.alpha) * (1 - linear_to_srgb(self.shade))
-        opacity = self.alpha + shadow
-        straight = self.color / np.maximum(opacity, 1e-4)[..., None]
-        return np.concatenate([to_bytes(linear_to_srgb(straight)), to_bytes(opacity)[..., None]], axis=-1)
-
-
-def denoise(layers: Layers, *, fast: bool = False) -> FloatArray:
-    """Open Image Denoise on one frame, guided by albedo and normals; linear RGB (H, W, 3) float32. `fast`: its smaller network.
-
-    Pixels that show nothing but the backdrop are exact already and stay as they are.
-    """
-    import mitsuba_oidn as oidn
-
-    color, albedo, normal = (np.ascontiguousarray(part, np.float32) for part in (layers.color, layers.albedo, layers.normal))
-    clean = np.array(oidn.denoise(color, albedo, normal, hdr=True, quality=oidn.Quality.Fast if fast else oidn.Quality.High), np.float32)
-    return np.where(layers.alpha[..., None] > 0, clean, color)
-
-
-def _denoise_parts(layers: Layers, parts: list[Box]) -> FloatArray:
-    """`layers.color` (H, W, 3) with `parts` denoised, each by itself; where they lap over each other they are blended."""
-    size = len(layers.alpha)
-    summed, weights = np.zeros_like(layers.color), np.zeros((size, size, 1), np.float32)
-    for part in parts:
-        rows, columns = part.window
-        cut = Layers(**{name: getattr(layers, name)[rows, columns] for name in ("color", "albedo", "normal", "alpha")})
-        weight = part.weight(size)[..., None]
-        summed[rows, columns] += weight * denoise(cut, fast=True)
-        weights[rows, columns] += weight
-    return np.where(weights > 0, summed / np.maximum(weights, 1e-12), layers.color)
+    picture: FloatArray
+    base: FloatArray
+    kept: FloatArray
+    person: FloatArray
 
 
 @dataclass
@@ -130,7 +81,7 @@ class Renderer:
     ) -> None:
         if len(surface.faces) == 0:
             raise InputError("the surface has no faces to render")
-        self._behind = _behind(settings, backdrop)
+        self._behind = behind(settings, backdrop)
         self.settings, self.scene_settings = settings, scene
         self._count = len(surface.vertices)
         self._surface = surface
@@ -175,25 +126,33 @@ class Renderer:
     def linear(self, vertices: FloatArray, camera: ViewCamera) -> FloatArray:
         """One picture in linear RGB (H, W, 3) float32, denoised if the settings say so.
 
-        On the stage as it is, only what the person touches is traced and denoised, and laid over the empty stage.
+        On the stage as it is, only the person and the light on the ground around it are traced and denoised, and laid over the empty stage.
         """
         if self._tracer is None:
             return self._finished(self.layers(vertices, camera))
-        vertices, size = np.asarray(vertices, np.float32), self.settings.size
+        return self._parts(self._tracer, vertices, camera).picture
+
+    def _parts(self, tracer: Tracer, vertices: FloatArray, camera: ViewCamera) -> _Parts:
+        """The person, the ground's light and the empty stage, and the picture that they make."""
+        vertices, size, seed = np.asarray(vertices, np.float32), self.settings.size, self.settings.seed
         self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
         empty = self._empty_stage(camera)
         found = region(vertices, self._surface.faces, camera, self.scene_settings, empty)
-        pixels = np.flatnonzero(found.person | (found.weight > 0))
+        kept = kept_light(tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise)
+        base, person = empty.color * kept, np.zeros((size, size), np.float32)
+        pixels = np.flatnonzero(found.person)
         if len(pixels) == 0:
-            return empty.color
-        # ground, whose light is smooth, makes do with half; an even number of samples is had from the same points
-        half = -(-self.settings.spp // 2)
-        each = np.where(found.person.ravel()[pixels], 2 * half, half)
-        traced = self._tracer.trace(pixels, each, camera, size, self.settings.seed)
-        layers, person = self._laid(traced, pixels, empty, camera)
-        clean = _denoise_parts(layers, boxes(found)) if self.settings.denoise else layers.color
-        weight = np.where(person > 0, 1, np.where(layers.alpha > 0, found.weight, 0))[..., None]
-        return np.asarray(weight * clean + (1 - weight) * empty.color, np.float32)
+            return _Parts(picture=base, base=base, kept=kept, person=person)
+        traced = tracer.trace(pixels, -(-self.settings.spp // 2) * 2, camera, size, seed)
+        person.reshape(-1)[pixels] = traced.person
+        picture, albedo = base.copy(), empty.albedo.copy()
+        rest = (1 - traced.person)[:, None]
+        for layer, seen in ((picture, traced.color), (albedo, traced.albedo)):
+            flat = layer.reshape(-1, 3)
+            flat[pixels] = seen + rest * flat[pixels]
+        if self.settings.denoise:
+            picture = denoise_parts(picture, albedo, person > 0, boxes(person > 0))
+        return _Parts(picture=picture, base=base, kept=kept, person=person)
 
     def _empty_stage(self, camera: ViewCamera) -> Empty:
         """The stage without anybody; kept for a camera that stands."""
@@ -209,49 +168,37 @@ class Renderer:
         ray = rays(camera, size)
         return self.scene_settings.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1))
 
-    def _laid(self, traced: Traced, pixels: IntArray, empty: Empty, camera: ViewCamera) -> tuple[Layers, FloatArray]:
-        """What was traced of some `pixels` over the empty stage, and how much of each pixel (H, W) is the person."""
-        missed = 1 - traced.alpha[:, None]
-        up = np.array((0, 1, 0), np.float32)
-        layers = Layers(
-            color=empty.color.copy(),
-            albedo=empty.albedo.copy(),
-            normal=np.broadcast_to(up, empty.color.shape).copy(),
-            alpha=empty.ground.astype(np.float32),
-        )
-        person = np.zeros_like(layers.alpha)
-        layers.color.reshape(-1, 3)[pixels] = traced.color + missed * self._sky(camera).reshape(-1, 3)[pixels]
-        layers.albedo.reshape(-1, 3)[pixels] = traced.albedo + missed * self.scene_settings.ground_albedo
-        layers.normal.reshape(-1, 3)[pixels] = traced.normal + missed * up
-        layers.alpha.reshape(-1)[pixels] = traced.alpha
-        person.reshape(-1)[pixels] = traced.person
-        return layers, person
-
     def _finished(self, layers: Layers) -> FloatArray:
         return denoise(layers) if self.settings.denoise else layers.color
 
     def cutout(self, vertices: FloatArray, camera: ViewCamera) -> Cutout:
-        """The person and the shadow it throws, without the stage.
+        """The person and the shadow it throws, without the stage: what the person's part of each pixel gives, and the light that the ground keeps.
 
-        The shadow is what the ground's picture loses when the person steps on it: the stage with the person over the stage
-        without. At the rim, where person and ground mix in a pixel, both are continued from the pixels beside it that show
-        one of them alone, so that no rim of the stage's colour stays.
+        With a material or objects of one's own the shadow is what the ground's picture loses when the person steps on it.
         """
-        whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
         if self._tracer is not None:
-            self._ground = self._empty_stage(camera).color
-        elif self._empty is None or self._empty.camera != camera or self._ground is None:
+            parts = self._parts(self._tracer, vertices, camera)
+            person = np.maximum(parts.picture - (1 - parts.person)[..., None] * parts.base, 0)
+            return Cutout.of(person, parts.person, self._rim(self._tracer, parts.person, camera), parts.kept @ LUMINANCE)
+        whole, alpha = self.linear(vertices, camera), self._covered(vertices, camera)
+        if self._empty is None or self._empty.camera != camera or self._ground is None:
             mi = activate(self.variant, self.settings.threads)
             if self._empty is None:
                 self._empty = self._scene(mi, self._objects)
             self._show(mi, self._empty, camera)
             self._ground = self._finished(self._trace(mi, self._empty, self.settings.spp, self.settings.seed))
-        luminance = np.array((0.2126, 0.7152, 0.0722), np.float32)
-        ratio = (whole @ luminance) / np.maximum(self._ground @ luminance, 1e-4)
-        ratio = np.clip(ratio / (1 - _SHADOW_FLOOR), 0, 1)  # what is left of the renderer's noise is no shadow
-        shade = _continued(ratio, alpha == 0, 1.0)
-        color = _continued(whole, alpha > 0.98, np.maximum(whole - ((1 - alpha) * shade)[..., None] * self._ground, 0))
-        return Cutout(color=color * alpha[..., None], alpha=alpha, shade=shade)
+        shade = continued((whole @ LUMINANCE) / np.maximum(self._ground @ LUMINANCE, 1e-4), alpha == 0, 1.0)
+        return Cutout.of(np.maximum(whole - ((1 - alpha) * shade)[..., None] * self._ground, 0), alpha, alpha, shade)
+
+    def _rim(self, tracer: Tracer, person: FloatArray, camera: ViewCamera, *, samples: int = 32) -> FloatArray:
+        """How much of each pixel is the person (H, W): along its rim, which shows when it is laid over something else, from more samples."""
+        import cv2
+
+        square, alpha = np.ones((3, 3), np.uint8), person.copy()
+        rim = np.flatnonzero(cv2.dilate(person, square) != cv2.erode(person, square))
+        if len(rim):
+            alpha.reshape(-1)[rim] = tracer.covered(rim, samples, camera, self.settings.size, self.settings.seed)
+        return alpha
 
     def _covered(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 32) -> FloatArray:
         """As `mask`, but what the ground hides does not count (a toe that sinks into it)."""
@@ -344,47 +291,6 @@ class Renderer:
                 parameters["spot.to_world"] = _transform(mi, spot_matrix(camera.target, self.scene_settings))
         parameters.update()
         shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
-
-
-_SHADOW_FLOOR = 0.02
-"""Shadows fainter than this fraction of the light count as noise (measured: see docs/rendering.md)."""
-
-
-def _continued(values: FloatArray, known: BoolArray, otherwise: FloatArray | float) -> FloatArray:
-    """`values` (H, W, ...) where `known`, elsewhere the mean of known ones within 1, 2 or 3 pixels, else `otherwise`."""
-    import cv2
-
-    shape = (*known.shape, *[1] * (values.ndim - 2))
-    weight = known.astype(np.float32)
-    filled = np.where(known.reshape(shape), values, otherwise).astype(np.float32)
-    masked = np.ascontiguousarray(values * weight.reshape(shape), np.float32)
-    missing = ~known
-    for width in (3, 5, 7):
-        near = cv2.blur(weight, (width, width))
-        use = missing & (near > 1e-3)
-        filled[use] = (cv2.blur(masked, (width, width))[use].T / near[use]).T
-        missing &= ~use
-    return filled
-
-
-def _behind(settings: RenderSettings, backdrop: ByteArray | None) -> FloatArray | None:
-    """What is behind a cutout: linear RGB (size, size, 3) or (3,), None for nothing."""
-    import cv2
-
-    if settings.background == "image":
-        if backdrop is None or backdrop.ndim != 3 or backdrop.shape[2] != 3 or backdrop.dtype != np.uint8:
-            raise InputError("the background is 'image', but there is no picture (height, width, 3) uint8; give one as backdrop")
-        width, height = settings.shape
-        scale = min(backdrop.shape[1] / width, backdrop.shape[0] / height)  # the largest middle part of the frame's shape
-        wide, high = round(scale * width), round(scale * height)
-        top, left = (backdrop.shape[0] - high) // 2, (backdrop.shape[1] - wide) // 2
-        how = cv2.INTER_AREA if scale > 1 else cv2.INTER_CUBIC
-        whole = np.zeros((settings.size, settings.size, 3), np.uint8)
-        whole[settings.window] = cv2.resize(backdrop[top : top + high, left : left + wide], (width, height), interpolation=how)
-        return srgb_to_linear(whole / np.float32(255))
-    if settings.background.startswith("#"):
-        return srgb_to_linear(np.array([int(settings.background[i : i + 2], 16) for i in (1, 3, 5)], np.float32) / 255)
-    return None
 
 
 def _transform(mi: Any, matrix: FloatArray) -> Any:

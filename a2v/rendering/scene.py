@@ -154,11 +154,11 @@ class RenderMesh:
 
     def normals(self, vertices: FloatArray) -> FloatArray:
         """Smooth unit normals (W, 3) float32 for the surface's vertices (V, 3)."""
-        corners = vertices[self.corner_faces]
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        summed = self.smooth @ across
-        length = np.linalg.norm(summed, axis=1, keepdims=True)
-        unit = np.where(length > 1e-20, summed / np.maximum(length, 1e-20), (0.0, 1.0, 0.0))
+        one, two, three = (np.asarray(vertices, np.float32)[self.corner_faces[:, k]] for k in range(3))
+        (ax, ay, az), (bx, by, bz) = (two - one).T, (three - one).T
+        summed = self.smooth @ np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+        length = np.sqrt((summed**2).sum(axis=1, keepdims=True))
+        unit = np.where(length > 1e-20, summed / np.maximum(length, 1e-20), np.array((0.0, 1.0, 0.0), np.float32))
         return np.asarray(unit[self.welded[self.source]], np.float32)
 
 
@@ -177,7 +177,7 @@ def render_mesh(surface: Surface) -> RenderMesh:
     _, welded = np.unique(np.asarray(surface.vertices, np.float32), axis=0, return_inverse=True)
     welded = welded.ravel()
     rows, columns = welded[faces].ravel(), np.repeat(np.arange(len(faces)), 3)
-    smooth = csr_matrix((np.ones(rows.size), (rows, columns)), shape=(int(welded.max()) + 1, len(faces)))
+    smooth = csr_matrix((np.ones(rows.size, np.float32), (rows, columns)), shape=(int(welded.max()) + 1, len(faces)))
     return RenderMesh(source=source, faces=cut, uv=uv, welded=welded, corner_faces=faces, smooth=smooth)
 
 

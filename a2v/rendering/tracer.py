@@ -1,4 +1,4 @@
-"""Light on the stage, ray by ray, for chosen pixels: every sample asks the sun, the lamp and one direction of the sky.
+"""Light on the person and on the ground, ray by ray, for chosen pixels: every sample asks the sun, the lamp and one direction of the sky.
 
 Mitsuba's path integrator picks one of the lights for a sample; asking all of them costs about the same number of rays and is
 far less noisy, and a list of pixels instead of a picture leaves out what nobody touches. Dr.Jit compiles it once (LLVM only).
@@ -6,6 +6,7 @@ far less noisy, and a list of pixels instead of a picture leaves out what nobody
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,19 +25,16 @@ _MOST = 1 << 22
 class Traced:
     """Means over the samples of each of N pixels, float32.
 
-    `color` (N, 3) is linear light times `alpha`, `albedo` (N, 3) and `normal` (N, 3) those of what is hit first times `alpha`;
-    `alpha` (N,) is the fraction of samples that hit anything, `person` (N,) that hit the person.
+    `person` (N,) is the fraction of samples that hit the person, `color` (N, 3) its linear light and `albedo` (N, 3) its reflectance, both times `person`.
     """
 
     color: FloatArray
     albedo: FloatArray
-    normal: FloatArray
-    alpha: FloatArray
     person: FloatArray
 
 
 class Tracer:
-    """Traces pixels of one Mitsuba scene whose lights are the stage's (`a2v.rendering.scene.stage`); light once reflected.
+    """Traces the person in one Mitsuba scene whose lights are the stage's (`a2v.rendering.scene.stage`), and the light on its ground; light once reflected.
 
     `matter` (F,) says what the person's faces are (`a2v.rendering.matter`); without it all is matt.
     """
@@ -45,69 +43,153 @@ class Tracer:
         self._mi, self._scene, self._person, self._settings = mi, scene, person, settings
         self._matter = None if matter is None else mi.Float(matter.astype(np.float32))
         self._table: Any = None
+        # the printed part of the ground; a plain one is one shape with what is beyond
+        self._ground = None if settings.plain_ground else next(shape for shape in scene.shapes() if shape.id() == "ground")
 
-    def trace(self, pixels: IntArray, samples: IntArray, camera: ViewCamera, size: int, seed: int) -> Traced:
-        """Trace `pixels` (N,), row * size + column, with as many samples each as `samples` (N,) says: best with a large common divisor.
+    def trace(self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> Traced:
+        """What `pixels` (N,), row * size + column, show of the person; `samples`, an even number, each. They depend on the pixel's place, their number and the seed alone.
 
-        A pixel's samples depend on its place, their number and the seed alone, whatever else is traced beside it.
+        Two samples share one ray to the sky, which costs as much as the rest of a sample.
         """
-        block = int(np.gcd.reduce(samples))
-        repeat = samples // block
-        pixel, mask = np.repeat(pixels, repeat), np.repeat((1 << np.ceil(np.log2(samples)).astype(np.int64)) - 1, repeat)
-        first = (np.arange(len(pixel)) - np.repeat(np.cumsum(repeat) - repeat, repeat)) * block
-        step = max(1, _MOST // block)
-        parts = [
-            self._launch(pixel[at : at + step], first[at : at + step], mask[at : at + step], block, camera, size, seed)
-            for at in range(0, len(pixel), step)
-        ]
-        sums = np.add.reduceat(np.concatenate(parts, axis=1), np.cumsum(repeat) - repeat, axis=1) / samples
-        means = np.ascontiguousarray(sums.T, np.float32)
-        return Traced(color=means[:, :3], albedo=means[:, 3:6], normal=means[:, 6:9], alpha=means[:, 9], person=means[:, 10])
 
-    def _launch(self, pixel: IntArray, first: IntArray, mask: IntArray, block: int, camera: ViewCamera, size: int, seed: int) -> FloatArray:
-        """Sums (11, K) over `block` samples from number `first` (K,) on."""
+        def light(lanes: _Lanes) -> list[Any]:
+            return self._light(lanes.pair(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera))
+
+        means = self._means(light, pixels, samples // 2, seed) / 2
+        return Traced(color=np.maximum(means[:, :3], 0), albedo=means[:, 3:6], person=means[:, 6])
+
+    def covered(self, pixels: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> FloatArray:
+        """How much of each pixel shows the person (N,)."""
+        import drjit as dr
+
+        def seen(lanes: _Lanes) -> list[Any]:
+            si = self._scene.ray_intersect_preliminary(lanes.ray(camera, size))
+            return [dr.select(si.is_valid() & (si.shape == self._mi.ShapePtr(self._person)), self._mi.Float(1), 0.0)]
+
+        return self._means(seen, pixels, samples, seed)[:, 0]
+
+    def on_ground(self, pixels: IntArray, steps: IntArray, samples: int, camera: ViewCamera, size: int, seed: int) -> FloatArray:
+        """Irradiance over pi (N, 3) of the ground, whatever stands before it, means over `steps` (N,) pixels from each of `pixels` (N,) on to the right;
+        NaN where a ray meets no ground."""
+
+        def light(lanes: _Lanes) -> list[Any]:
+            return self._under(lanes.ray(camera, size), lanes.draws, _Lamps.of(self._mi, self._settings, camera))
+
+        return self._means(light, pixels, samples, seed, steps)
+
+    def _means(
+        self, light: Callable[[_Lanes], list[Any]], pixels: IntArray, samples: int, seed: int, steps: IntArray | None = None
+    ) -> FloatArray:
+        """Means (N, K) of the K values that `light` makes of the samples of each pixel, or of so many `steps` (N,) pixels."""
+        import drjit as dr
+
+        mi, mask, step, parts = self._mi, (1 << (samples - 1).bit_length()) - 1, max(1, _MOST // samples), []
+        for at in range(0, len(pixels), step):
+            part = pixels[at : at + step]
+            count = _whole(mi, samples)
+            lane = dr.arange(mi.UInt32, len(part) * samples)
+            slot = lane // count
+            pixel = dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot)
+            draws = _Draws(mi, lane - slot * count, pixel, _whole(mi, mask), _whole(mi, seed), self._sobol(mi, 2 * mask + 2))
+            width = None if steps is None else dr.gather(mi.Float, mi.Float(steps[at : at + step].astype(np.float32)), slot)
+            found = light(_Lanes(mi, pixel, width, draws))
+            dr.eval(found)
+            parts.append(np.stack([np.array(dr.block_sum(value, samples)) for value in found], axis=-1))
+        return np.asarray(np.concatenate(parts) / np.float32(samples), np.float32)
+
+    def _light(self, rays: list[Any], draws: _Draws, lamps: _Lamps) -> list[Any]:
+        """Light and albedo (3 each) and hit of the person, the sums over two camera rays."""
+        import drjit as dr
+
+        mi, seen = self._mi, []
+        points = draws.pair(), draws.pair()
+        for which, ray in enumerate(rays):
+            met = self._scene.ray_intersect_preliminary(ray)
+            hit = met.is_valid() & (met.shape == mi.ShapePtr(self._person))
+            si, albedo, normal = self._on_person(met, ray, hit)
+            made = None if self._matter is None else Hit.of(mi, self._matter, si, hit, normal, ray)
+            direct = self._direct(si, normal, [two[which] for two in points], lamps, hit, made)
+            seen.append((hit, si, albedo, normal, made, direct))
+        (_, one, _, normal, _, _), (second, two, _, other, _, _) = seen
+        where = dr.zeros(mi.SurfaceInteraction3f, dr.width(second))
+        where.p, where.n, facing = (dr.select(second, b, a) for a, b in ((one.p, two.p), (one.n, two.n), (normal, other)))
+        around, _, free = self._indirect(where, facing, draws, lamps, seen[0][0] | second)
+        sums: list[Any] = [mi.Float(0)] * 7
+        for hit, _, albedo, _, made, (light, gloss) in seen:
+            if made is not None:
+                way, share = made.mirrored()
+                gloss = gloss + dr.select(free, share * lamps.sky(way), 0.0)
+            values = [*((light + around) * albedo + gloss), *albedo, mi.Float(1)]
+            sums = [total + dr.select(hit, value, 0.0) for total, value in zip(sums, values, strict=True)]
+        return sums
+
+    def _under(self, ray: Any, draws: _Draws, lamps: _Lamps) -> list[Any]:
+        """Irradiance over pi (3) where rays meet the plane of the ground, NaN elsewhere."""
         import drjit as dr
 
         mi = self._mi
-        count = _whole(mi, block)
-        lane = dr.arange(mi.UInt32, len(pixel) * block)
-        slot = lane // count
-        given = [dr.gather(mi.UInt32, mi.UInt32(part.astype(np.uint32)), slot) for part in (pixel, first, mask)]
-        draws = _Draws(mi, given[1] + lane % count, given[0], given[2], _whole(mi, seed), self._sobol(mi, int(mask.max()) + 1))
-        ray = _primary(mi, given[0], draws.next(), camera, size)
-        found = self._light(mi, ray, draws, _Lamps.of(mi, self._settings, camera))
-        dr.eval(found)
-        return np.stack([np.array(dr.block_sum(part, block)) for part in found])
+        down = ray.d.y < -1e-6
+        length = -ray.o.y / dr.select(down, ray.d.y, -1)
+        si = dr.zeros(mi.SurfaceInteraction3f, dr.width(length))
+        up = mi.Vector3f(0, 1, 0)
+        si.p, si.n, si.t = ray.o + ray.d * length, mi.Normal3f(up), length
+        si.p.y = 0
+        si.sh_frame = mi.Frame3f(up)
+        light, _ = self._direct(si, up, [draws.next(), draws.next()], lamps, down, None)
+        around, _, _ = self._indirect(si, up, draws, lamps, down)
+        return [dr.select(down, value, dr.nan) for value in light + around]
 
-    def _light(self, mi: Any, ray: Any, draws: _Draws, lamps: _Lamps) -> list[Any]:
-        """Light, albedo (3 each), normal (3), hit and person along camera rays."""
-        import drjit as dr
-
-        si = self._scene.ray_intersect(ray)
-        hit = si.is_valid() & ~si.shape.is_emitter()
-        albedo, normal = _matter(si, hit)
-        person = hit & (si.shape == mi.ShapePtr(self._person))
-        made = None if self._matter is None else Hit.of(mi, self._matter, si, person, normal, ray)
+    def _direct(self, si: Any, normal: Any, points: list[Any], lamps: _Lamps, hit: Any, made: Hit | None) -> tuple[Any, Any]:
+        """What sun and lamp give, from a point of each: irradiance over pi, and light that is mirrored."""
+        mi = self._mi
         light, gloss = mi.Color3f(0), mi.Color3f(0)
-        for power, lamp in ((self._settings.sun, lamps.sun), (self._settings.spot, lamps.spot)):
-            draw = draws.next()
+        for power, lamp, draw in ((self._settings.sun, lamps.sun, points[0]), (self._settings.spot, lamps.spot, points[1])):
             if max(power) > 0:
                 matt, bright = lamp(self._scene, si, normal, draw, hit, made)
                 light, gloss = light + matt, gloss + bright
+        return light, gloss
+
+    def _indirect(self, si: Any, normal: Any, draws: _Draws, lamps: _Lamps, hit: Any) -> tuple[Any, Any, Any]:
+        """Irradiance over pi from the sky and from what it is hidden by, the ray that asked, and where it met nothing."""
+        import drjit as dr
+
+        mi = self._mi
         bounce = si.spawn_ray(mi.Frame3f(normal).to_world(mi.warp.square_to_cosine_hemisphere(draws.next())))
-        second = self._scene.ray_intersect(bounce, hit)
-        free = hit & ~second.is_valid()
-        light += dr.select(free, lamps.sky(bounce.d), 0.0)
-        if made is not None:
-            way, share = made.mirrored()
-            gloss += dr.select(free, share * lamps.sky(way), 0.0)
+        met = self._scene.ray_intersect_preliminary(bounce, active=hit)
+        free = hit & ~met.is_valid()
+        light = dr.select(free, lamps.sky(bounce.d), 0.0)
         if self._settings.bounces > 1:
-            struck = hit & second.is_valid()
-            other, facing = _matter(second, struck)
+            second, other, facing, struck = self._struck(met, bounce, hit)
             light += dr.select(struck, other * lamps.any(self._scene, second, facing, draws.next(), struck), 0.0)
-        color, flag = dr.select(hit, light * albedo + gloss, 0.0), dr.select(hit, mi.Float(1), 0.0)
-        albedo, normal = dr.select(hit, albedo, 0.0), dr.select(hit, normal, 0.0)
-        return [*color, *albedo, *normal, flag, dr.select(person, mi.Float(1), 0.0)]
+        return light, bounce, free
+
+    def _on_person(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any]:
+        """Where a ray met the person, its albedo there, and the shading normal on the side that is seen. The mesh and its material are asked themselves:
+        a call by way of the scene asks all of the scene's kinds of shapes and materials."""
+        import drjit as dr
+
+        mi = self._mi
+        si = self._person.compute_surface_interaction(ray, met, mi.RayFlags.UV | mi.RayFlags.ShadingFrame, hit)
+        si.t = met.t
+        albedo = self._person.bsdf().eval_diffuse_reflectance(si, hit)
+        seen_behind = dr.dot(si.sh_frame.n, ray.d) > 0
+        return si, albedo, mi.Vector3f(si.sh_frame.n) * dr.select(seen_behind, -1.0, 1.0)
+
+    def _struck(self, met: Any, ray: Any, hit: Any) -> tuple[Any, Any, Any, Any]:
+        """As `_on_person`, where a ray met the person or the ground, and whether it did (lamps throw nothing back)."""
+        import drjit as dr
+
+        mi = self._mi
+        body = hit & met.is_valid() & (met.shape == mi.ShapePtr(self._person))
+        floor = hit & met.is_valid() & ~body & ~met.shape.is_emitter()
+        si, albedo, normal = self._on_person(met, ray, body)
+        up, ground = mi.Vector3f(0, 1, 0), mi.Color3f(*(float(value) for value in self._settings.ground_albedo))
+        si.p, si.n = dr.select(floor, ray(met.t), si.p), dr.select(floor, mi.Normal3f(up), si.n)
+        if self._ground is not None:
+            near, reach = floor & (met.shape == mi.ShapePtr(self._ground)), 2 * self._settings.ground_radius
+            si.uv = dr.select(near, mi.Point2f(0.5 + si.p.x / reach, 0.5 - si.p.z / reach), si.uv)
+            ground = dr.select(near, self._ground.bsdf().eval_diffuse_reflectance(si, near), ground)
+        return si, dr.select(floor, ground, albedo), dr.select(floor, up, normal), body | floor
 
     def _sobol(self, mi: Any, least: int) -> Any:
         """The second dimension of Sobol's sequence, at least the first `least` numbers."""
@@ -131,13 +213,46 @@ class _Draws:
 
     def next(self) -> Any:
         """The next Point2f in [0, 1)."""
-        import drjit as dr
+        return self._point(self._scrambled(), self._index, self._mask)
 
+    def pair(self) -> list[Any]:
+        """The next two, out of twice as many in a pixel."""
+        keys = self._scrambled()
+        return [self._point(keys, self._index * 2 + which, self._mask * 2 + 1) for which in (0, 1)]
+
+    def _scrambled(self) -> tuple[Any, Any]:
         self._pair += 1
         one, two = self._mi.sample_tea_32(self._key, self._mi.UInt32(self._pair))
-        at = self._index ^ ((two >> 7) & self._mask)  # another order in every pair, or pairs would go together
+        return one, two
+
+    def _point(self, keys: tuple[Any, Any], index: Any, mask: Any) -> Any:
+        import drjit as dr
+
+        one, two = keys
+        at = index ^ ((two >> 7) & mask)  # another order in every pair of dimensions, or they would go together
         bits = dr.brev(at) ^ one, dr.gather(self._mi.UInt32, self._table, at) ^ two
         return self._mi.Point2f(*(self._mi.Float(part >> 8) * (1 / (1 << 24)) for part in bits))
+
+
+@dataclass(frozen=True)
+class _Lanes:
+    """The samples of a launch: their pixels, how many of a row they spread over (None: one), and what they draw."""
+
+    mi: Any
+    pixel: Any
+    width: Any
+    draws: _Draws
+
+    def pair(self, camera: ViewCamera, size: int) -> list[Any]:
+        """Two through points in the pixel."""
+        return [_primary(self.mi, self.pixel, at, camera, size) for at in self.draws.pair()]
+
+    def ray(self, camera: ViewCamera, size: int) -> Any:
+        """Through a point there."""
+        at = self.draws.next()
+        if self.width is not None:
+            at = self.mi.Point2f(at.x * self.width, at.y)
+        return _primary(self.mi, self.pixel, at, camera, size)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,33 +329,34 @@ class _Lamps:
         return (light * here, self.mi.Color3f(0)) if made is None else (light * made.falloff(here), light * made.gloss(way, here))
 
     def any(self, scene: Any, si: Any, normal: Any, draw: Any, active: Any) -> Any:
-        """Irradiance over pi from all three, one sample of one of them (what is reflected there counts little in the end)."""
+        """Irradiance over pi from all three, with one ray to one of them.
+
+        What the three give unhidden is known, so that half of it is taken for sure, and three times what the ray finds more or less than half
+        is added (a control variate): less noise than three times what the ray finds.
+        """
         import drjit as dr
 
         pick = draw.x * 3
         chosen = dr.floor(pick)
         draw = self.mi.Point2f(pick - chosen, draw.y)
-        sun, sky = chosen < 0.5, chosen > 1.5
         disk = self.mi.warp.square_to_uniform_disk_concentric(draw)
-        centre, one, two, facing = (dr.select(sun, a, b) for a, b in (self.centre, *zip(*self.across, strict=True), self.normal))
-        way = centre + one * disk.x + two * disk.y - self.mi.Vector3f(si.p)
-        square = dr.squared_norm(way)
-        length = dr.sqrt(square)
-        way = dr.select(sky, self.mi.Frame3f(normal).to_world(self.mi.warp.square_to_cosine_hemisphere(draw)), way / length)
-        here, there = dr.dot(way, normal), -dr.dot(way, facing)
-        active = active & (here > 0) & ((there > 0) | sky)
+        way = self.mi.Frame3f(normal).to_world(self.mi.warp.square_to_cosine_hemisphere(draw))
+        light, reach = self.sky(way), self.mi.Float(1e5)
+        total = light
+        for which in (0, 1):
+            toward = self.centre[which] + self.across[which][0] * disk.x + self.across[which][1] * disk.y - self.mi.Vector3f(si.p)
+            square = dr.squared_norm(toward)
+            length = dr.sqrt(square)
+            toward /= length
+            here, there = dr.dot(toward, normal), -dr.dot(toward, self.normal[which])
+            given = dr.select((here > 0) & (there > 0), self.power[which] * (here * there / square), 0.0)
+            total = total + given  # not in place: it began as the sky's
+            this = chosen == float(which)
+            way, light, reach = (dr.select(this, a, b) for a, b in ((toward, way), (given, light), (length * (1 - 1e-3), reach)))
         ray = si.spawn_ray(way)
-        ray.maxt = dr.select(sky, 1e5, length * (1 - 1e-3))
-        light = dr.select(sky, self.sky(way), dr.select(sun, *self.power) * (here * there / square))
-        return dr.select(active & ~scene.ray_test(ray, active), 3 * light, 0.0)
-
-
-def _matter(si: Any, active: Any) -> tuple[Any, Any]:
-    """Albedo, and the shading normal on the side that is seen."""
-    import drjit as dr
-
-    normal = si.sh_frame.n
-    return si.bsdf().eval_diffuse_reflectance(si, active), type(si.wi)(normal) * dr.select(si.wi.z < 0, -1.0, 1.0)
+        ray.maxt = reach
+        found = dr.select(scene.ray_test(ray, active), -1.5, 1.5) * light
+        return dr.select(active, 0.5 * total + found, 0.0)
 
 
 def _primary(mi: Any, pixel: Any, at: Any, camera: ViewCamera, size: int) -> Any:

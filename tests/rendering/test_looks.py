@@ -97,7 +97,7 @@ def test_the_person_is_lit_as_the_path_tracer_lights_it(name: str) -> None:
     truth = renderer.layers(surface.vertices, CAMERA, spp=256, seed=4)
     every = np.arange(64 * 64)
     assert renderer._tracer is not None
-    traced = renderer._tracer.trace(every, np.full(len(every), 64), CAMERA, 64, 0)
+    traced = renderer._tracer.trace(every, 64, CAMERA, 64, 0)
     inside = (traced.person == 1).reshape(64, 64)
     assert inside.sum() > 100
     np.testing.assert_allclose(traced.color.reshape(64, 64, 3)[inside].mean(axis=0), truth.color[inside].mean(axis=0), rtol=0.015)

@@ -71,7 +71,7 @@ def test_light_goes_softly_round_skin_and_leaves_the_rest() -> None:
         every = np.arange(64 * 64)
         renderer.linear(surface.vertices, CAMERA)
         assert renderer._tracer is not None
-        pictures.append(renderer._tracer.trace(every, np.full(len(every), 32), CAMERA, 64, 0).color.reshape(64, 64, 3))
+        pictures.append(renderer._tracer.trace(every, 32, CAMERA, 64, 0).color.reshape(64, 64, 3))
     matt, soft = pictures
     column = [round(float(CAMERA.project(np.array([[x, 0.9, 0.15]]), 64)[0, 0])) for x in (-0.2, 0.14)]
     rows = slice(26, 38)

@@ -60,7 +60,7 @@ def test_the_empty_stage_is_what_the_path_tracer_sees(renderer: Renderer, surfac
 
 def test_no_seam_shows_against_the_whole_frame_path_traced(surface: Surface, renderer: Renderer, camera: ViewCamera) -> None:
     large = Renderer(surface, dataclasses.replace(SETTINGS, size=224))
-    truth = levels(large.layers(surface.vertices, camera, spp=196, seed=9).color)
+    truth = levels(large.layers(surface.vertices, camera, spp=400, seed=9).color)
     error = levels(large.linear(surface.vertices, camera)) - truth
     person = cv2.dilate((large.mask(surface.vertices, camera) > 0).astype(np.uint8), np.ones((9, 9))) > 0
     found = region(surface.vertices, surface.faces, camera, SCENE, empty_stage(SCENE, camera, 224))
@@ -68,11 +68,11 @@ def test_no_seam_shows_against_the_whole_frame_path_traced(surface: Surface, ren
     still = cv2.dilate(mixed.astype(np.uint8), np.ones((5, 5))).astype(bool) & ~person  # where traced and empty stage meet
     assert still.sum() > 100
     off = smooth(error)[still]
-    assert np.quantile(np.abs(off), 0.99) < 1
+    assert np.abs(off).max() < 1
     assert np.sqrt((off**2).mean()) < 0.4
     assert np.abs(off.mean(axis=0)).max() < 0.35
     assert np.abs(smooth(error)[(found.weight == 0) & ~person]).max() < 1
-    assert abs(error[~person].mean()) < 0.1
+    assert abs(error[~person].mean()) < 0.15
 
 
 def test_light_changes_nowhere_outside_the_region(renderer: Renderer, surface: Surface, camera: ViewCamera) -> None:
@@ -93,10 +93,15 @@ def test_pixels_are_traced_alike_whatever_is_traced_beside_them(renderer: Render
     assert renderer._tracer is not None
     every = np.arange(96 * 96)
     some = every[3000:7000:7]
-    whole = renderer._tracer.trace(every, np.where(every % 2 == 0, 8, 4), camera, 96, 5)
-    part = renderer._tracer.trace(some, np.where(some % 2 == 0, 8, 4), camera, 96, 5)
+    whole = renderer._tracer.trace(every, 8, camera, 96, 5)
+    part = renderer._tracer.trace(some, 8, camera, 96, 5)
+    assert (part.person > 0).sum() > 20
     np.testing.assert_allclose(part.color, whole.color[some], atol=1e-6)
     np.testing.assert_array_equal(part.person, whole.person[some])
+    steps = np.where(every % 8 == 0, 4, 1)
+    ground = renderer._tracer.on_ground(every, steps, 4, camera, 96, 5)
+    np.testing.assert_allclose(renderer._tracer.on_ground(some, steps[some], 4, camera, 96, 5), ground[some], atol=1e-6)
+    assert np.isfinite(ground).any()
 
 
 def test_the_light_is_the_path_tracers(renderer: Renderer, surface: Surface, camera: ViewCamera) -> None:
@@ -104,14 +109,12 @@ def test_the_light_is_the_path_tracers(renderer: Renderer, surface: Surface, cam
     truth = renderer.layers(surface.vertices, camera, spp=256, seed=4)
     every = np.arange(96 * 96)
     assert renderer._tracer is not None
-    traced = renderer._tracer.trace(every, np.full(len(every), 64), camera, 96, 0)
+    traced = renderer._tracer.trace(every, 64, camera, 96, 0)
     inside = (traced.person == 1).reshape(96, 96)
     assert inside.sum() > 200
     color = traced.color.reshape(96, 96, 3)
     np.testing.assert_allclose(color[inside].mean(axis=0), truth.color[inside].mean(axis=0), rtol=0.01)
     np.testing.assert_allclose(traced.albedo.reshape(96, 96, 3)[inside], truth.albedo[inside], atol=0.05)
-    off = np.abs(traced.normal.reshape(96, 96, 3)[inside] - truth.normal[inside]).max(axis=-1)
-    assert np.quantile(off, 0.98) < 0.05
 
 
 @pytest.mark.parametrize("size", [16, 50, 98])
@@ -124,17 +127,22 @@ def test_odd_sizes(surface: Surface, size: int) -> None:
     np.testing.assert_allclose(picture[0, 0], 255 * np.array(SCENE.background), atol=1)
 
 
-def test_boxes_cover_all_that_is_traced_and_stay_inside(surface: Surface) -> None:
-    camera = follow_cameras(surface.vertices[None], SETTINGS)["front"][0]
+def test_boxes_cover_the_person_and_stay_inside(surface: Surface) -> None:
+    wide = surface.vertices * np.where(surface.vertices[:, 1:2] > 1.2, np.float32([4, 1, 1]), 1)  # a T, which is cut
+    camera = follow_cameras(wide[None], dataclasses.replace(SETTINGS, size=256))["front"][0]
+    counts = []
     for drift in np.linspace(-1.2, 1.2, 7):
-        moved = surface.vertices + np.float32([drift, 0, 0])
-        found = region(moved, surface.faces, camera, SCENE, empty_stage(SCENE, camera, 96))
-        covered = np.zeros((96, 96), np.float32)
-        for box in boxes(found):
-            assert 0 <= box.top < box.bottom <= 96
-            assert 0 <= box.left < box.right <= 96
-            covered[box.window] += box.weight(96)
-        assert (covered[found.person | (found.ground & (found.weight > 0))] > 0).all()
+        moved = wide + np.float32([drift, 0, 0])
+        person = region(moved, surface.faces, camera, SCENE, empty_stage(SCENE, camera, 256)).person
+        covered = np.zeros((256, 256), np.float32)
+        found = boxes(person)
+        counts.append(len(found))
+        for box in found:
+            assert 0 <= box.top < box.bottom <= 256
+            assert 0 <= box.left < box.right <= 256
+            covered[box.window] += box.weight(256)
+        assert (covered[person] > 0).all()
+    assert max(counts) > 1
 
 
 def test_somebody_out_of_sight_leaves_the_empty_stage(renderer: Renderer, surface: Surface) -> None:

@@ -144,9 +144,12 @@ def _map(
     for step in steps:
         if step.fans_out:
             executors[step.output] = pool
+    # the views of one pose go to one worker, which moves the person once for them
+    views = max(1, len(getattr(inputs.get("render"), "views", ())))
+    sizes = {"": 1} | {step.output: views for step in steps if step.fans_out and len(step.axes) == 2}
     said = io.StringIO()  # where rich is installed, pipefunc prints how to debug before it raises a node's error
     with contextlib.redirect_stdout(said):
-        results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=1, show_progress=False, return_results=True)
+        results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=sizes, show_progress=False, return_results=True)
     print(said.getvalue(), end="")
     return {name: results[name].output for name in results if name not in inputs}
 

@@ -32,15 +32,17 @@ def subject() -> Character:
     )
 
 
-def swing(character: Character, frames: int) -> FloatArray:
-    """Bone transforms (T, B, 4, 4): one arm lifts while the body drifts along x."""
+def swing(character: Character, frames: int, fps: float) -> FloatArray:
+    """Bone transforms (T, B, 4, 4): one arm lifts by .36 radians a second while the body drifts along x by 5 cm a second."""
     model = load_body_model()
     clip = []
     for step in range(frames):
         turns = np.zeros((model.n_bones, 3), np.float32)
-        turns[model.bone("upperarm01.L"), 2] = 0.03 * step
+        turns[model.bone("upperarm01.L"), 2] = 0.36 / fps * step
         clip.append(
-            make_body(model, turns, translation=np.array([0.004 * step, character.surface.vertices[:, 1].ptp() / 2, 0])).bone_transforms
+            make_body(
+                model, turns, translation=np.array([0.048 / fps * step, character.surface.vertices[:, 1].ptp() / 2, 0])
+            ).bone_transforms
         )
     moved = np.stack(clip)
     moved[:, :, 1, 3] += character.body.bone_transforms[0, 1, 3] - moved[0, 0, 1, 3]
@@ -57,6 +59,7 @@ def main() -> None:
     """Measure and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--fps", type=float, default=12, help="of the same motion")
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--truth", type=int, default=512, help="samples a pixel of the reference")
     parser.add_argument("--out", type=Path, default=None)
@@ -64,7 +67,7 @@ def main() -> None:
     character = subject()
     settings = RenderSettings(size=options.size, spp=8, threads=1)
     deformer, renderer = ArapDeformer(character), Renderer(character.surface, settings)
-    vertices = np.stack([deformer(t) for t in swing(character, options.frames)])
+    vertices = np.stack([deformer(t) for t in swing(character, options.frames, options.fps)])
     cameras = follow_cameras(vertices, settings, smoothing=1e6)["front"]
 
     def shown(layers: Layers, clean: bool) -> FloatArray:
@@ -99,7 +102,7 @@ def main() -> None:
         row |= {f"error_{part}": round(float(np.sqrt(np.mean(errors[mask] ** 2))), 3) for part, mask in where.items()}
         rows.append(row)
     print(
-        f"{options.frames} frames, {options.size} px, 8 spp, truth {options.truth} spp; levels of 255; {time.process_time() - start:.0f} CPU s"
+        f"{options.frames} frames at {options.fps:g} a second, {options.size} px, 8 spp, truth {options.truth} spp; levels of 255; {time.process_time() - start:.0f} CPU s"
     )
     print("| | flicker, person | flicker, ground | error, person | error, ground |\n|---|---|---|---|---|")
     for row in rows:

@@ -5,7 +5,8 @@
 Both render the same person (an avatar of $A2V_DATA), ground, sun, spot and fill light, one bounce, box filter, one thread; noise is
 PSNR in sRGB against the same renderer's own picture at many samples. `bpy` wants an environment of its own
 (``python3.11 -m venv E && E/bin/pip install bpy``); without `--cycles-python` that half is left out, and the table says so.
-Times are the least of the repeats in CPU seconds (the process's own, all threads), so that other work on the machine counts little.
+Times are the least of the repeats in CPU seconds (the process's own, all threads), so that other work on the machine counts little,
+and by the clock, which the comparison at equal noise takes: run it on an idle machine.
 """
 
 from __future__ import annotations
@@ -108,8 +109,11 @@ def theirs(
 
 
 def seconds_at(rows: list[dict[str, Any]], target: float) -> float | None:
-    """CPU seconds at which denoised pictures reach `target` dB, interpolated along the measured curve; None if they never do."""
-    curve = sorted(((row["cpu"], row["psnr"]) for row in rows if row["denoised"]), key=lambda pair: pair[0])
+    """Seconds by the clock at which denoised pictures reach `target` dB, interpolated along the measured curve; None if they never do.
+
+    On one thread and an idle machine these are a core's seconds; Cycles' own count of CPU seconds is twice that, for a thread of it waits busily.
+    """
+    curve = sorted(((row["wall"], row["psnr"]) for row in rows if row["denoised"]), key=lambda pair: pair[0])
     best = np.maximum.accumulate([value for _, value in curve])
     if best[-1] < target:
         return None
@@ -149,9 +153,9 @@ def main() -> int:
                     {
                         "psnr": row["psnr"],
                         "mitsuba_spp": row["spp"],
-                        "mitsuba": row["cpu"],
+                        "mitsuba": row["wall"],
                         "cycles": cost,
-                        "ratio": cost / row["cpu"] if cost else None,
+                        "ratio": cost / row["wall"] if cost else None,
                     }
                 )
     if given.pictures:

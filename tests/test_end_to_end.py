@@ -174,14 +174,16 @@ def copied_store(made, tmp_path) -> Path:
     return shutil.copytree(os.environ["A2V_CACHE"], tmp_path / "store")
 
 
-def start(out: Path, cache: Path, until: int) -> subprocess.Popen[str]:
-    """Start a run of new frames, and return when `until` of them are finished."""
-    before = count(cache, "frame")
-    more = ["--cache", cache, "--seed", 5, "--frames", 10, "--spp", 64]
+def start(out: Path, cache: Path, until: int, *extra: object, node: str = "frame", photo: Path = SAMPLE) -> subprocess.Popen[str]:
+    """Start a run of new frames, and return when `until` calls of `node` are finished."""
+    before = count(cache, node)
+    more = ["--cache", cache, "--seed", 5, "--frames", 10, "--spp", 64, *extra]
     listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # a job in the background inherits that Ctrl-C is ignored
-    process = subprocess.Popen(command(out, *more), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listen)
+    process = subprocess.Popen(
+        command(out, *more, photo=photo), cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=listen
+    )
     deadline = time.monotonic() + 240
-    while count(cache, "frame") < before + until:
+    while count(cache, node) < before + until:
         assert process.poll() is None, process.communicate()[1]
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -200,6 +202,31 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64)
     frame = report(tmp_path / "o")["nodes"]["frame"]
     assert (frame["calls"], frame["remembered"]) == (20, kept)
+
+
+def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(copied_store, tmp_path):
+    """As above, of another shape: 62 pixels, which no tile divides, and the photo cut so that it is higher than wide."""
+    from a2v.rendering import probe_video
+
+    cut = tmp_path / "high.png"
+    with Image.open(SAMPLE) as whole:
+        wide = whole.width // 6
+        whole.crop((wide, 0, whole.width - wide, whole.height)).save(cut)
+    extra = ("--background", "photo", "--views", "front", "--size", 62)
+    process = start(tmp_path / "o", copied_store, 2, *extra, node="placed", photo=cut)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    time.sleep(0.5)
+    kept = count(copied_store, "placed")
+    assert 2 <= kept < 10
+    execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64, *extra, photo=cut)
+    nodes = report(tmp_path / "o")["nodes"]
+    assert (nodes["placed"]["calls"], nodes["placed"]["remembered"]) == (10, kept)
+    made = probe_video(tmp_path / "o" / "photo.mp4")
+    assert made.frames == 10
+    assert made.height == 62
+    assert made.width % 2 == 0
+    assert made.width < made.height
 
 
 def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):

@@ -44,6 +44,12 @@ class Region:
     weight: FloatArray
     contact: FloatArray
 
+    def within(self, window: tuple[slice, slice]) -> Region:
+        """What of it lies in a window of the picture (rows, columns): the rest is cut off in the end."""
+        shown = np.zeros(self.person.shape, bool)
+        shown[window] = True
+        return self if shown.all() else Region(person=self.person & shown, weight=self.weight * shown, contact=self.contact * shown)
+
 
 def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, scene: SceneSettings, empty: Empty) -> Region:
     """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles, whole penumbras."""

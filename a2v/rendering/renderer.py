@@ -137,7 +137,7 @@ class Renderer:
         vertices, size, seed = np.asarray(vertices, np.float32), self.settings.size, self.settings.seed
         self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
         empty = self._empty_stage(camera)
-        found = region(vertices, self._surface.faces, camera, self.scene_settings, empty)
+        found = region(vertices, self._surface.faces, camera, self.scene_settings, empty).within(self.settings.window)
         kept = kept_light(tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise)
         base, person = empty.color * kept, np.zeros((size, size), np.float32)
         pixels = np.flatnonzero(found.person)

@@ -59,3 +59,17 @@ def test_a_picture_has_the_shape_and_the_backdrop_fills_it() -> None:
     np.testing.assert_allclose(picture[0, [0, -1]], [[200, 0, 0]] * 2, atol=2)
     assert (picture[-1, [0, -1], 2] > 60).all()
     assert picture[-1, [0, -1], 0].max() == 0
+
+
+@pytest.mark.parametrize("aspect", ["9:16", "16:9"])
+def test_what_is_cut_off_is_not_traced_and_the_rest_is_the_square_pictures(aspect: str) -> None:
+    surface = block()
+    settings = RenderSettings(size=96, aspect=aspect, spp=16, threads=1)
+    camera = follow_cameras(surface.vertices[None], settings)["front"][0]
+    whole = Renderer(surface, dataclasses.replace(settings, aspect="1:1"))
+    if not whole.variant.startswith("llvm"):
+        pytest.skip("without LLVM whole frames are path traced")
+    square = whole.render(surface.vertices, camera)[settings.window].astype(int)
+    picture = Renderer(surface, settings).render(surface.vertices, camera).astype(int)
+    assert np.sqrt(((picture - square) ** 2).mean()) < 1.5
+    assert np.abs(picture - square).max() < 40  # the denoiser sees other neighbours at the border

@@ -80,6 +80,14 @@ class RayScene:
         ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
         return np.asarray(np.rint(np.bincount(ray, np.sign(normals[face] @ direction), len(points))), np.int64)
 
+    def passages(self, origins: FloatArray, directions: FloatArray, normals: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
+        """All hits of rays with faces of normals (F, 3), in no order: the number (h,) of the ray, its length (h,), and whether it goes in (h,)."""
+        rays = self._rays(origins, directions)
+        found = self._scene.list_intersections(rays, nthreads=1)
+        ray, face = found["ray_ids"].numpy().astype(np.int64), found["primitive_ids"].numpy().astype(np.int64)
+        entering = (normals[face] * rays[ray, 3:]).sum(axis=1) < 0
+        return ray, found["t_hit"].numpy(), np.asarray(entering)
+
     def closest(self, points: FloatArray) -> Hits:
         """Closest points of the mesh to `points` (n, 3)."""
         found = self._scene.compute_closest_points(np.ascontiguousarray(points, np.float32), nthreads=1)

@@ -124,6 +124,11 @@ class GuideMesh:
         self._normals = vertex_normals(self._vertices, self._faces).astype(np.float32)
         self._rays = RayScene(self._vertices, self._faces)
 
+    @property
+    def mesh(self) -> tuple[FloatArray, IntArray]:
+        """Vertices (V, 3) and faces (F, 3)."""
+        return self._vertices, self._faces
+
     def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signed distance (N,) to the body, metres, negative inside, and its unit normal (N, 3) at the nearest point."""
         return signed_distance_and_normals(self._vertices, self._faces, self._normals, self._rays, np.asarray(points, np.float32))

@@ -12,6 +12,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import person_box, silhouette_iou, visible_vertices
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
 from a2v.reconstruction.implicit.inputs import mask_distance
+from a2v.reconstruction.implicit.limits import GuideLimits
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.relief import follow_normals
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -38,6 +39,8 @@ class ImplicitSettings:
         Rounds of Taubin smoothing of the finished mesh but for its rim: the cells of the networks' maps show as faint lines; 0 for none.
     relief : float
         Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0 to leave it out.
+    limits : bool
+        Cut what lies farther from the guide than a body part or cloth of that width does (`GuideLimits`): no slabs.
     threads : int
         Of onnxruntime; 0 for its default.
     digest : str
@@ -49,6 +52,7 @@ class ImplicitSettings:
     vertices: int = 36_000
     smoothing: int = 8
     relief: float = 0.03
+    limits: bool = True
     threads: int = 0
     digest: str = ""
 
@@ -122,10 +126,16 @@ def _shape(
 ) -> tuple[FloatArray, IntArray]:
     """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask, smoothed and with the relief of the maps."""
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
+    limits = GuideLimits.of(person) if settings.limits else None
 
     def field(points: FloatArray) -> FloatArray:
         pixels = person.frame.camera.project(points)
-        return np.maximum(person.distance(points) - sample_image(levels, pixels, linear=True), sample_image(outline, pixels, linear=True))
+        near = person.distance(points) - sample_image(levels, pixels, linear=True)
+        if limits is not None:
+            inside = np.flatnonzero(near < 0)
+            if len(inside):
+                near[inside] = np.maximum(near[inside], limits.beyond(points[inside]))
+        return np.maximum(near, sample_image(outline, pixels, linear=True))
 
     vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)
     inside = -sample_image(outline, person.frame.camera.project(vertices), linear=True) / RIM

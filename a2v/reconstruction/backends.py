@@ -52,6 +52,8 @@ SETTINGS: Mapping[str, BackendSettings] = {
     "pifu": ImplicitSettings(), "body-prior": SurfaceSettings(), "papers": PapersSettings(),
 }  # fmt: skip
 """Default settings of each backend; their type says which backend is meant."""
+ABLATIONS: Mapping[str, BackendSettings] = {"pifu-unlimited": ImplicitSettings(limits=False)}
+"""Backends without a part of theirs, for the benchmark."""
 DEFAULT_BACKEND = "pifu"
 BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings in SETTINGS.items()}
 """Backends by name, with default settings."""
@@ -79,7 +81,7 @@ def backend_digest(name: str, weights: str = "") -> str:
 
 
 def _with_weights(name: str, weights: str) -> BackendSettings:
-    settings = SETTINGS[name]
+    settings = {**SETTINGS, **ABLATIONS}[name]
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
 

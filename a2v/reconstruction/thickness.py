@@ -13,7 +13,7 @@ import numpy as np
 
 from a2v.body.skin import outer_skin
 from a2v.errors import InputError
-from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene, pixel_rays
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Surface

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -105,7 +106,7 @@ def _read_avatar(gltf: Gltf) -> Avatar:
         weights=weights.astype(np.float32),
         bones=bones.astype(np.int32),
         faces=np.concatenate(merged.faces).astype(np.int32),
-        uv=_to_atlas(np.concatenate(merged.corners), tiles[materials]).astype(np.float32),
+        uv=to_atlas(np.concatenate(merged.corners), tiles[materials]).astype(np.float32),
         texture=texture,
         materials=materials.astype(np.int32),
         material_names=tuple(str(entry.get("name", "")) for entry in gltf.items("materials")),
@@ -189,6 +190,11 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
         images.append(np.rint(255 * image * factor ** (1 / 2.2)).astype(np.uint8))
     if not images:
         raise gltf.fail("has no materials")
+    return pack_atlas(images)
+
+
+def pack_atlas(images: Sequence[ByteArray]) -> tuple[ByteArray, np.ndarray]:
+    """Pictures (h, w, 3) side by side, and each one's tile (left, bottom, width, height) in uv; their edges are carried on around them."""
     height = max(image.shape[0] for image in images)
     padded, tiles, left = [], [], 0
     for image in images:
@@ -201,7 +207,7 @@ def _atlas(gltf: Gltf) -> tuple[ByteArray, np.ndarray]:
     return atlas, np.array(tiles, np.float64) / np.array([left, height + 2 * _GUTTER] * 2, np.float64)
 
 
-def _to_atlas(corners: np.ndarray, tiles: np.ndarray) -> np.ndarray:
+def to_atlas(corners: np.ndarray, tiles: np.ndarray) -> np.ndarray:
     """Map glTF texture coordinates (F, 3, 2; origin at the upper left) into tiles (F, 4), origin at the lower left."""
     whole = np.floor(corners.mean(axis=1, keepdims=True))  # a face wholly in a repeated tile
     inside = np.clip(corners - whole, 0.0, 1.0)

@@ -120,7 +120,8 @@ def _write_index(folder: Path, settings: StudioSettings) -> None:
     path = folder / "index.json"
     if path.exists():
         found = read_index(folder)
-        if found.get("settings") != plain or found.get("version") != VERSION:
+        settled = {"people": "avatars"} | found.get("settings", {})  # as folders were that are older than the choice
+        if settled != plain or found.get("version") != VERSION:
             raise InputError(f"{folder} was made by other settings or another version (see its index.json); choose another --out")
         return
     content = {

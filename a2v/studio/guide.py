@@ -124,7 +124,7 @@ def fit_guide(avatar: Avatar, settings: FitSettings | None = None) -> Guide:
     )
 
 
-_CARRIERS = {
+CARRIERS = {
     "shoulder": "Arm", "elbow": "ForeArm", "wrist": "Hand", "pinky": "Hand", "index": "Hand", "thumb": "Hand",
     "hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "heel": "Foot", "foot_index": "ToeBase",
 }  # fmt: skip
@@ -144,7 +144,7 @@ def _landmarks(body: Body, avatar: Avatar) -> tuple[FloatArray, IntArray]:
     bones = []
     for name in BLAZEPOSE:
         side, _, joint = name.partition("_")
-        bones.append(f"{side.title()}{_CARRIERS[joint]}" if joint in _CARRIERS else "Head")
+        bones.append(f"{side.title()}{CARRIERS[joint]}" if joint in CARRIERS else "Head")
     return points, np.array([avatar.bone_names.index(bone) for bone in bones])
 
 

@@ -141,6 +141,14 @@ def _fingers(generator: np.random.Generator, side: str, sign: float, most: float
     return pose
 
 
+def curled_fingers(generator: np.random.Generator, most: float = 80.0) -> Pose:
+    """Both hands, each anywhere between open and a fist (`most`, degrees a joint)."""
+    pose: Pose = {}
+    for side, sign in SIDES:
+        pose |= _fingers(generator, side, sign, most=most)
+    return pose
+
+
 def _legs(generator: np.random.Generator) -> Pose:
     pose: Pose = {}
     roll = np.radians(generator.normal(0, 2.5))
@@ -256,7 +264,7 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
             transforms = retarget(motion, body, settings=RetargetSettings(raw=True, life=STILL))[chosen]
             local = local_rotations(avatar, transforms)[:, slots]
             # which way a person faces is drawn anew for every photograph: only tilt stays in the root
-            local[:, 0] = np.stack([_without_heading(rotvec) for rotvec in local[:, 0]])
+            local[:, 0] = np.stack([without_heading(rotvec) for rotvec in local[:, 0]])
             rotations.append(local)
             actions += [motion.action] * len(chosen)
     if not rotations:
@@ -264,7 +272,7 @@ def action_poses(avatar: Avatar, data: str, *, clips: int = 250, frames: int = 3
     return PoseLibrary(bones=POSED_BONES, rotations=np.concatenate(rotations).astype(np.float32), actions=tuple(actions))
 
 
-def _without_heading(rotvec: FloatArray) -> FloatArray:
+def without_heading(rotvec: FloatArray) -> FloatArray:
     """A rotation vector (3,), radians, with its part about the vertical taken out."""
     rotmat = rotvec_to_rotmat(rotvec)
     heading = float(np.arctan2(rotmat[0, 2], rotmat[2, 2]))

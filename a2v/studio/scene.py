@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from a2v.body.parts import PARTS
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.studio.avatar_files import load_avatar
 from a2v.studio.avatars import Avatar
+from a2v.studio.frames import MotionFrames
 from a2v.studio.guide import Guide
 from a2v.studio.guide_errors import disturb, girth_errors
 from a2v.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
@@ -65,6 +67,8 @@ class Scene:
     avatar : str
     pose : str
         What the person does.
+    guide_faces : (F, 3) int
+        Of the guide.
     """
 
     surface: Surface
@@ -77,6 +81,7 @@ class Scene:
     yaw: float
     avatar: str
     pose: str
+    guide_faces: IntArray
 
     def solid(self) -> Solid:
         """The person as a solid."""
@@ -136,6 +141,7 @@ def draw_scene(
     generator: np.random.Generator,
     *,
     stance: str = "",
+    frames: MotionFrames | None = None,
 ) -> Scene:
     """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
@@ -151,12 +157,14 @@ def draw_scene(
     generator : numpy Generator
     stance : str
         Of `STANCES`, instead of the poses of the settings.
+    frames : MotionFrames, optional
+        What poses in action are drawn from, instead of the `library`.
     """
     plain = prepared.avatar
     build = Build.draw(generator)
     avatar = rebuild(plain, build)
     texture = recolor(plain.texture, prepared.clothes, generator)
-    pose, name, yaw = _draw_pose(library, settings, generator, stance)
+    pose, name, yaw = _draw_pose(library, settings, generator, stance, frames and partial(frames.draw, plain))
     transforms = _turn_about_vertical(avatar.bone_transforms(pose), yaw)
     person = avatar.skin(transforms)
     shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
@@ -185,16 +193,28 @@ def draw_scene(
         yaw=float((yaw + 180) % 360 - 180),
         avatar=plain.name,
         pose=name,
+        guide_faces=guide.faces,
     )
 
 
-def _draw_pose(library: PoseLibrary, settings: StudioSettings, generator: np.random.Generator, stance: str) -> tuple[Pose, str, float]:
-    """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty."""
+def _draw_pose(
+    library: PoseLibrary,
+    settings: StudioSettings,
+    generator: np.random.Generator,
+    stance: str,
+    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None = None,
+) -> tuple[Pose, str, float]:
+    """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty.
+
+    Poses in action are those that `recorded` draws, if it is given.
+    """
     if stance:
         pose, yaw = draw_stance(stance, generator)
         return pose, stance, yaw
     kind = generator.random()
-    if kind < settings.actions:
+    if kind < settings.actions and recorded:
+        pose, name = recorded(generator)
+    elif kind < settings.actions:
         index = int(generator.integers(len(library.actions)))
         pose, name = library.pose(index), library.actions[index]
     elif kind < settings.actions + settings.open:

@@ -10,6 +10,9 @@ from a2v.studio.guide_errors import GuideErrors
 VERSION = 1
 """Of what a seed gives: raise it when views change, so that a folder never mixes two kinds."""
 
+PEOPLE = ("avatars", "makehuman", "both")
+"""Sources of people."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class StudioSettings:
@@ -39,6 +42,8 @@ class StudioSettings:
         Shares of the two; the rest is uniform in the person's box with a margin of 10 cm.
     same_avatar : int
         Successive views that show one avatar (reading it is a part of the cost).
+    people : str
+        Who is photographed: "avatars", "makehuman" (people drawn and dressed by `a2v.studio.makehuman`), or "both", by turns.
     guide : GuideErrors
     """
 
@@ -57,6 +62,7 @@ class StudioSettings:
     near_share: float = 0.5
     far_share: float = 0.35
     same_avatar: int = 4
+    people: str = "avatars"
     guide: GuideErrors = field(default_factory=GuideErrors)
 
     def __post_init__(self) -> None:
@@ -68,5 +74,7 @@ class StudioSettings:
             pair = getattr(self, name)
             if len(pair) != 2 or not least <= pair[0] <= pair[1]:
                 raise InputError(f"{name} is {pair}; expected two metres, the smaller one first and at least {least}")
+        if self.people not in PEOPLE:
+            raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")
         if not 0.1 <= self.fill <= 1 or min(self.points, self.surface_points, self.same_avatar) < 1:
             raise InputError("fill must be from 0.1 to 1, and points, surface_points and same_avatar at least 1")

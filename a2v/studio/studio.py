@@ -18,6 +18,7 @@ from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and
 from a2v.io import read_npz, write_npz
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_guides
+from a2v.studio.makehuman.people import Dresser
 from a2v.studio.photograph import light_scene, photograph_scene
 from a2v.studio.posing import PoseLibrary, action_poses
 from a2v.studio.samples import sample_space, sample_surface
@@ -37,9 +38,18 @@ class Studio:
     library : PoseLibrary
     guides : mapping of key (`guide_key`) to Guide
     settings : StudioSettings
+    dresser : Dresser, optional
+        Makes the people who are no avatars, if the settings want some.
     """
 
-    def __init__(self, avatars: str | os.PathLike[str], library: PoseLibrary, guides: Mapping[str, Guide], settings: StudioSettings):
+    def __init__(
+        self,
+        avatars: str | os.PathLike[str],
+        library: PoseLibrary,
+        guides: Mapping[str, Guide],
+        settings: StudioSettings,
+        dresser: Dresser | None = None,
+    ):
         """See the class.
 
         Raises
@@ -51,6 +61,7 @@ class Studio:
         self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
         self.library, self.guides, self.settings = library, guides, settings
         self._faces: dict[str, FaceKinds] = {}
+        self._dresser = dresser
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings) -> Studio:
@@ -74,7 +85,8 @@ class Studio:
             action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
         if not (folder / "guide.npz").exists():
             write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
-        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), unstack_guides(read_npz(folder / "guide.npz")), settings)
+        dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
+        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), unstack_guides(read_npz(folder / "guide.npz")), settings, dresser)
 
     def _path(self, split: str, index: int) -> Path:
         """Every avatar of the split once, in an order of its own for each round."""
@@ -93,7 +105,13 @@ class Studio:
         InputError
             No avatar belongs to the split.
         """
-        return self._path(split, index).stem
+        dresser = self._dresser_of(index)
+        return dresser.person(split, index // self.settings.same_avatar).name if dresser else self._path(split, index).stem
+
+    def _dresser_of(self, index: int) -> Dresser | None:
+        """Who makes the person of a view; None for the avatars. Of "both" every other block of views is theirs."""
+        block = index // self.settings.same_avatar
+        return self._dresser if self.settings.people != "both" or block % 2 else None
 
     def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "") -> Scene:
         """The person and the guide of a view; the same numbers give the same scene.
@@ -110,11 +128,16 @@ class Studio:
         InputError
             No avatar belongs to the split, there is none of that name, its file is broken, or it has no guide.
         """
+        generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
+        if not avatar and (dresser := self._dresser_of(index)):
+            made = dresser.dressed(split, index // self.settings.same_avatar)
+            return draw_scene(
+                made.prepared, made.faces, made.guide, self.library, self.settings, generator, stance=stance, frames=dresser.frames
+            )
         path = self._named(avatar) if avatar else self._path(split, index)
         prepared = prepare_avatar(str(path))
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
-        generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
         return draw_scene(prepared, self._faces[path.stem], self._guide(path.stem), self.library, self.settings, generator, stance=stance)
 
     def _named(self, avatar: str) -> Path:
@@ -142,7 +165,7 @@ class Studio:
         fore, rear = _see_both_sides(rays, surface.vertices, surface.faces, scene.normals, scene, MAP_SIZE)
         lit = light_scene(rays, scene, fore, generator)
         photo = photograph_scene(rays, scene, fore, lit, generator)
-        guide = scene.guide, self._guide(scene.avatar).faces
+        guide = scene.guide, scene.guide_faces
         guide_normals = vertex_normals(*guide).astype(np.float32)
         guide_rays = RayScene(*guide)
         maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}

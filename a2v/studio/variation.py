@@ -109,14 +109,18 @@ def rebuild(avatar: Avatar, build: Build) -> Avatar:
 
 def part_map(avatar: Avatar) -> IntArray:
     """Body part (H, W) int8 of the texels of an avatar's texture; -1 where no face is, or one of a wig or an eye."""
+    body = np.flatnonzero(avatar.mesh_ids == np.bincount(avatar.mesh_ids).argmax())
+    return paint_faces(avatar, body, avatar.parts[avatar.faces[body, 0]])
+
+
+def paint_faces(avatar: Avatar, chosen: IntArray, values: IntArray) -> IntArray:
+    """The values (n,) of `chosen` faces (n,) on the texels (H, W) int8 of an avatar's texture that they cover; -1 elsewhere."""
     import cv2
 
     height, width = avatar.texture.shape[:2]
-    body = np.flatnonzero(avatar.mesh_ids == np.bincount(avatar.mesh_ids).argmax())
-    corners = np.stack([avatar.uv[body, :, 0] * width, (1 - avatar.uv[body, :, 1]) * height], axis=-1)
-    part = avatar.parts[avatar.faces[body, 0]].tolist()
+    corners = np.stack([avatar.uv[chosen, :, 0] * width, (1 - avatar.uv[chosen, :, 1]) * height], axis=-1)
     painted = np.full((height, width), -1, np.int16)
-    for corner, value in zip(np.rint(corners).astype(np.int32), part, strict=True):
+    for corner, value in zip(np.rint(corners).astype(np.int32), values.tolist(), strict=True):
         cv2.fillConvexPoly(painted, corner, value)
     return painted.astype(np.int8)
 
@@ -169,7 +173,13 @@ def find_clothes(avatar: Avatar) -> Wardrobe:
     seen = cv2.medianBlur(seen, 9)  # specks of skin's colour are worn cloth
     opacity = cv2.GaussianBlur(seen, (0, 0), 1.0)[rows, columns] / np.float32(255)
     keep = opacity > 0.02
-    rows, columns, own, opacity = rows[keep], columns[keep], own[keep], opacity[keep]
+    return sort_clothes(part, rows[keep], columns[keep], own[keep], opacity[keep])
+
+
+def sort_clothes(part: IntArray, rows: IntArray, columns: IntArray, own: FloatArray, opacity: FloatArray) -> Wardrobe:
+    """The wardrobe of texels of clothes, rows and columns (n,) of a `part_map` (H, W), with their CIELAB colours (n, 3) and opacity (n,)."""
+    import cv2
+
     if len(own) < 100:
         return Wardrobe(rows, columns, own, opacity, np.zeros(len(own), int), np.zeros(len(own), int))
     sample = np.ascontiguousarray(own[:: max(1, len(own) // 4000)])

@@ -15,6 +15,7 @@ from a2v.evaluation.reconstruction import (
     Measured,
     Method,
     Outcome,
+    calibration,
     evaluate_case,
     fit_table,
     group_table,
@@ -91,6 +92,7 @@ def run(options: Options) -> Answer:
         method_table(outcomes, memory),
         "## The fit",
         fit_table(outcomes),
+        calibration(outcomes),
     ]
     for method in methods:
         if method.coloring == "ours":

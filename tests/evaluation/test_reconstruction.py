@@ -9,7 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
+from scipy.ndimage import gaussian_filter
 
+from a2v.body.limbs import LIMBS
 from a2v.errors import InputError
 from a2v.evaluation.reconstruction import (
     FIT_METRICS,
@@ -22,6 +24,7 @@ from a2v.evaluation.reconstruction import (
     Outcome,
     Result,
     Truth,
+    calibration,
     evaluate_case,
     fit_table,
     group_table,
@@ -34,6 +37,7 @@ from a2v.evaluation.reconstruction import (
     surface_maps,
     to_true_frame,
 )
+from a2v.evaluation.reconstruction.measures import detail_share
 from a2v.reconstruction.backends import COLORINGS
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.avatars import a_pose
@@ -102,7 +106,7 @@ def test_the_truth_itself_is_perfect(wide: trimesh.Trimesh) -> None:
     assert shape["iou"] == 1
     assert shape["normals"] > 0.98  # smoothed over the edges alike
     assert shape["normals_nearest"] > 0.99
-    assert colors == {"psnr_front": 100, "ssim_front": pytest.approx(1), "psnr_back": 100, "ssim_back": pytest.approx(1)}
+    assert colors == {"psnr_front": 100, "ssim_front": pytest.approx(1), "psnr_back": 100, "ssim_back": pytest.approx(1), "detail_back": 1}
 
 
 def test_a_thicker_copy_is_off_by_what_was_added(ball: trimesh.Trimesh) -> None:
@@ -295,7 +299,38 @@ def test_alignment_takes_a_turn_off_and_slabs_count(wide: trimesh.Trimesh) -> No
     deep[:, 2] *= np.where(deep[:, 1] < 0, 2.0, 1.0)  # the lower half is a slab
     slab = truth.compare_shape(truth.place(dataclasses.replace(case.surface, vertices=deep), CAMERA, subject_of(case)))
     assert slab["thick"] == pytest.approx(50, abs=3)
-    assert truth.compare_shape(truth.place(case.surface, CAMERA, subject_of(case)))["thick"] == 0
+    assert slab["slabs"] == pytest.approx(50, abs=3)
+    plain = truth.compare_shape(truth.place(case.surface, CAMERA, subject_of(case)))
+    assert plain["thick"] == plain["slabs"] == 0
+
+
+def test_what_stands_apart_is_no_slab(wide: trimesh.Trimesh) -> None:
+    before, behind = (wide.copy().apply_translation([0, 0, z]) for z in (0.4, 0.0))
+    truth = Truth(make_case(wide), SETTINGS)
+    apart = make_case(trimesh.util.concatenate([before, behind])).surface
+    shape = truth.compare_shape(dataclasses.replace(truth.place(apart, CAMERA, subject_of(make_case(wide))), surface=apart))
+    assert shape["thick"] > 95
+    assert shape["slabs"] == 0
+
+
+def test_detail_of_a_blurred_back_is_less() -> None:
+    sharp = np.random.default_rng(0).random((64, 64, 3)).astype(np.float32)
+    soft = gaussian_filter(sharp, (2, 2, 0))
+    region = np.ones((64, 64), bool)
+    assert detail_share(sharp, sharp, region) == pytest.approx(1)
+    assert detail_share(soft, sharp, region) < 0.05
+    assert detail_share(sharp, soft, region) > 20
+
+
+def test_calibration_is_a_rank_correlation() -> None:
+    def photo(index: int, expected: float, true: float) -> Outcome:
+        fit = {f"{kind}_{limb}": value for limb in LIMBS for kind, value in (("expected", expected), ("depth", true))}
+        return Outcome("A_F_1_B", index, fit=fit)
+
+    good, bad = ([photo(i, i, sign * i) for i in range(1, 5)] for sign in (1, -1))
+    assert "all limbs: rank correlation 1.00" in calibration(good)
+    assert "arms and legs alone: rank correlation -1.00" in calibration(bad)
+    assert calibration([outcome("A_F_1_B", 1.0)]) == "No expected errors of limbs."
 
 
 def outcome(name: str, value: float, methods: tuple[str, ...] = ("body-prior",), index: int = 0) -> Outcome:

@@ -18,7 +18,7 @@ from a2v.evaluation.reconstruction.methods import Method, Outcome, Result, evalu
 from a2v.evaluation.reconstruction.panels import PANELS, Pin
 from a2v.evaluation.reconstruction.pictures import picture_rows, stack_rows
 from a2v.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
-from a2v.evaluation.reconstruction.tables import fit_table, group_table, method_table, report
+from a2v.evaluation.reconstruction.tables import calibration, fit_table, group_table, method_table, report
 
 __all__ = [
     "FIT_METRICS",
@@ -35,6 +35,7 @@ __all__ = [
     "Placed",
     "Result",
     "Truth",
+    "calibration",
     "evaluate_case",
     "fit_table",
     "group_table",

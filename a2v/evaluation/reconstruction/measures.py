@@ -17,6 +17,7 @@ from a2v.evaluation.reconstruction.maps import surface_maps, to_true_frame
 from a2v.evaluation.reconstruction.settings import BenchmarkSettings
 from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
+from a2v.reconstruction.thickness import THICK, THIN, see_layers
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 
@@ -80,10 +81,23 @@ class Truth:
             "chamfer_aligned": 100 * aligned[0],
             "p2s_aligned": 100 * aligned[1],
             "thick": 100 * thick_share(*(tuple(side.depth for side in pair) for pair in (maps, self.sides))),
+            "slabs": 100 * self._slabs(surface),
             "normals": float(np.concatenate(cosines).mean()),
             "normals_nearest": float(np.abs((normals * self._face_normals[there.face]).sum(axis=1)).mean()),
             "iou": float((mine & true).sum() / (mine | true).sum()),
         }
+
+    def _slabs(self, surface: Surface) -> float:
+        """Share of the pixels of both silhouettes at which the longest way through the solid is over `THICK` times as long as from the truth's
+        front to its back: unlike in `thick_share`, limbs that stand apart are not slabs.
+        """
+        step = max(self.photo) / self.settings.size
+        rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in self.photo)
+        pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1).reshape(-1, 2) + 0.0137 * step  # along no edge
+        own = see_layers(surface.vertices.astype(np.float64), surface.faces, self.case.camera, pixels).longest
+        real = self.sides[0].depth.ravel() - self.sides[1].depth.ravel()
+        both = np.isfinite(real) & (own > 0)
+        return float((own[both] > THICK * np.maximum(real[both], THIN)).mean())
 
     def _aligned(self, surface: Surface, points: FloatArray) -> tuple[float, float]:
         return aligned_distances(surface.vertices, surface.faces, points, self._outer, self._triangles, self.case.points)
@@ -110,6 +124,7 @@ class Truth:
             **{f"depth_{limb}": 100 * float(np.abs(gap[list(places)]).mean()) for limb, places in LIMBS.items()},
             "keypoint_mean": 100 * float(fit.residuals["keypoint_mean"]),
             "silhouette_iou": float(fit.residuals["silhouette_iou"]),
+            **{f"expected_{limb}": 100 * float(error) for limb, error in fit.residuals.get("limb_errors", {}).items()},
         }
 
     def compare_colors(self, placed: Placed) -> dict[str, float]:
@@ -118,10 +133,9 @@ class Truth:
         for name, side, true in zip(("front", "back"), (1, -1), self.sides, strict=True):
             mine = surface_maps(placed.surface, placed.normals, self.case.camera, self.photo, size=self.settings.size, side=side)
             values[f"psnr_{name}"], values[f"ssim_{name}"] = image_scores(mine.colors, true.colors, mine.mask | true.mask)
+            if side < 0:
+                values["detail_back"] = detail_share(mine.colors, true.colors, mine.mask & true.mask)
         return values
-
-
-THICK, THIN = 1.6, 0.04
 
 
 def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> float:
@@ -132,6 +146,20 @@ def thick_share(mine: tuple[FloatArray, ...], true: tuple[FloatArray, ...]) -> f
     own, real = mine[0] - mine[1], true[0] - true[1]
     both = np.isfinite(own) & np.isfinite(real)
     return float((own[both] > THICK * np.maximum(real[both], THIN)).mean())
+
+
+def detail_share(mine: FloatArray, true: FloatArray, region: BoolArray) -> float:
+    """Energy of the Laplacian of a picture (H, W, 3) over the true one's, in the middle of a region (H, W): below 1 it is blurred."""
+    import cv2
+
+    inner = cv2.erode(region.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    if not inner.any():
+        return 1.0
+    energy = [
+        float((cv2.Laplacian(np.ascontiguousarray(picture.mean(axis=-1), np.float32), cv2.CV_32F)[inner] ** 2).mean())
+        for picture in (mine, true)
+    ]
+    return (energy[0] + 1e-9) / (energy[1] + 1e-9)
 
 
 def sample_surface(surface: Surface, count: int, *, seed: int) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ from a2v.evaluation.reconstruction.maps import mask_in_photo
 from a2v.evaluation.reconstruction.measures import Truth
 from a2v.evaluation.reconstruction.settings import BenchmarkSettings
 from a2v.processes import safe_children
-from a2v.reconstruction.backends import BACKENDS, COLORINGS, backend_of
+from a2v.reconstruction.backends import ABLATIONS, BACKENDS, COLORINGS, backend_of
 from a2v.types import ByteArray, Subject, Surface
 
 
@@ -40,8 +40,8 @@ class Method:
         """
         backend, _, coloring = text.partition(":")
         coloring = coloring or "ours"
-        if backend not in BACKENDS:
-            raise InputError(f"unknown backend '{backend}'; choose from {', '.join(BACKENDS)}")
+        if backend not in BACKENDS and backend not in ABLATIONS:
+            raise InputError(f"unknown backend '{backend}'; choose from {', '.join((*BACKENDS, *ABLATIONS))}")
         if coloring not in COLORINGS:
             raise InputError(f"unknown colouring '{coloring}'; choose from {', '.join(COLORINGS)}")
         return cls(backend, coloring, weights)

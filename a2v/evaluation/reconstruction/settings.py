@@ -17,6 +17,7 @@ METRICS: Mapping[str, tuple[str, int]] = {
     "chamfer_aligned": ("aligned: Chamfer↓", 2),
     "p2s_aligned": ("P2S↓", 2),
     "thick": ("Too thick %↓", 2),
+    "slabs": ("Slabs %↓", 2),
     "normals": ("Normals↑", 3),
     "normals_nearest": ("Normals, nearest↑", 3),
     "iou": ("IoU↑", 3),
@@ -24,6 +25,7 @@ METRICS: Mapping[str, tuple[str, int]] = {
     "ssim_front": ("Front SSIM↑", 3),
     "psnr_back": ("Back PSNR↑", 2),
     "ssim_back": ("Back SSIM↑", 3),
+    "detail_back": ("Back detail →1", 2),
 }
 """Columns of the tables by metric, and their decimals."""
 

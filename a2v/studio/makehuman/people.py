@@ -55,9 +55,7 @@ ODD_CLOTHES = ("male_worksuit01",)
 """Its texture is painted for another layout than its mesh has."""
 HATS = ("fedora", "fedora_cocked")
 WOMENS_HAIR = ("afro01", "bob01", "bob02", "braid01", "long01", "ponytail01", "short03")
-UNDER_ODD_CLOTHES = ("male_worksuit01",)
-"""Its texture is painted for another layout than its mesh has."""
-HATS = ("short03", "short04")
+UNDER_HATS = ("short03", "short04")
 _HAIR_COLORS = ((22, 18, 16), (44, 30, 22), (82, 54, 34), (128, 88, 52), (196, 158, 104), (132, 62, 30), (150, 146, 142), (222, 218, 212))
 
 
@@ -241,7 +239,7 @@ def make_avatar(person: Person, shaped: Shaped, wardrobes: Wardrobes) -> Avatar:
     return Avatar(
         name=person.name,
         influences=np.repeat(rest[:, None], weights.shape[1], axis=1).astype(np.float32),
-        weights=weights,
+        weights=weights.astype(np.float32),
         bones=bones,
         faces=np.concatenate(pieces.faces).astype(np.int32),
         uv=to_atlas(np.concatenate(pieces.uv), tiles[meshes]).astype(np.float32),
@@ -294,7 +292,7 @@ def make_guide(shaped: Shaped, name: str) -> Guide:
     return Guide(
         vertices=shaped.to_t_pose(shaped.body[used], dense).astype(np.float32),
         faces=np.asarray(index).reshape(-1, 3).astype(np.int32),
-        weights=weights,
+        weights=weights.astype(np.float32),
         bones=bones,
         bone_names=RIG_BONES,
         heads=shaped.heads.astype(np.float32),
@@ -333,7 +331,7 @@ def tinted(texture: ByteArray, color: tuple[float, float, float]) -> ByteArray:
     """A texture of hair (H, W, 3) in another sRGB colour, its strands kept."""
     light = texture.astype(np.float32).mean(axis=-1, keepdims=True)
     strands = np.clip(light / max(float(light.mean()), 1.0), 0.4, 1.5) ** 0.8
-    return np.rint(np.clip(strands * np.array(color, np.float32), 0, 255)).astype(np.uint8)
+    return np.asarray(np.rint(np.clip(strands * np.array(color, np.float32), 0, 255)), np.uint8)
 
 
 class Dresser:

@@ -1,0 +1,74 @@
+"""Widths of silhouettes, ways through solids, and slabs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import trimesh
+
+from a2v.body import load_body_model, make_body
+from a2v.reconstruction.thickness import SLACK, local_profile, local_radius, reach_map, see_layers, slab_share
+from a2v.types import OrthographicCamera, Surface
+
+CAMERA = OrthographicCamera(scale=100.0, center_u=100.0, center_v=100.0)
+
+
+def disc(size: int, middle: tuple[float, float], radius: float) -> np.ndarray:
+    rows, columns = np.mgrid[:size, :size]
+    return np.hypot(rows - middle[0], columns - middle[1]) <= radius
+
+
+def test_a_bar_is_as_wide_as_it_is_everywhere_and_a_ball_is_round() -> None:
+    bar = np.zeros((100, 200), bool)
+    bar[40:60, 10:190] = True
+    radius = local_radius(bar)
+    assert radius[~bar].max() == 0
+    assert np.abs(radius[40:60, 30:170] - 10).max() < 1.5
+    profile = local_profile(disc(121, (60, 60), 40))
+    assert profile[60, 60] == pytest.approx(40, abs=1.5)
+    assert profile[60, 84] == pytest.approx(32, abs=2)  # 24 of 40 off the middle
+    assert local_profile(disc(121, (60, 60), 40), widest=10)[60, 60] == pytest.approx(10)
+
+
+def test_ways_through_solids_that_stand_apart() -> None:
+    near, far = (trimesh.creation.box((0.5, 0.5, deep)) for deep in (0.2, 0.1))
+    near.apply_translation([0.1, 0, 0.5])
+    both = trimesh.util.concatenate([near, far])
+    pixels = np.array([[100.3, 100.7], [80.3, 100.7], [10.0, 10.0]])  # both, the far one alone, none
+    seen = see_layers(np.asarray(both.vertices), np.asarray(both.faces), CAMERA, pixels)
+    np.testing.assert_allclose(seen.longest, [0.2, 0.1, 0], atol=1e-5)
+    np.testing.assert_allclose(seen.front, [0.6, 0.05, np.nan], atol=1e-5)
+    np.testing.assert_allclose(seen.back, [0.4, -0.05, np.nan], atol=1e-5)
+
+
+def test_slabs_are_what_neither_width_nor_body_explains() -> None:
+    body = make_body(load_body_model(), grounded=True)
+    size, scale = 400, 200.0
+    camera = OrthographicCamera(scale=scale, center_u=size / 2, center_v=size - 20)
+    vertices = body.vertices.astype(np.float32)
+    person = Surface(vertices=vertices, faces=body.faces.astype(np.int32), colors=np.full(vertices.shape, 0.5, np.float32))
+    pixels = np.stack(np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5), axis=-1).reshape(-1, 2)
+    mask = (see_layers(vertices.astype(float), body.faces, camera, pixels).longest > 0).reshape(size, size).astype(np.float32)
+    assert slab_share(person, body, camera, mask) < 0.005
+    deep = vertices.copy()
+    legs = deep[:, 1] < 0.75
+    deep[legs, 2] *= 4  # legs of half a metre
+    share = slab_share(dataclasses.replace(person, vertices=deep), body, camera, mask)
+    assert 0.2 < share < 0.6
+
+
+def test_reach_is_narrow_around_limbs_and_round_beside_them() -> None:
+    size, metre = 200, 100.0
+    body = np.zeros((size, size), bool)
+    body[20:180, 80:100] = True  # a limb of 20 cm
+    mask = body.copy()
+    mask[20:180, 100:104] = True  # 4 cm of cloth beside it
+    mask |= disc(size, (100, 130), 26)  # and a ball of half a metre that touches it
+    alone, behind = (reach_map(mask, body, np.full((size, size), single), metre) for single in (True, False))
+    assert alone[170, 102] == pytest.approx(0.04 + SLACK, abs=0.015)  # cloth lies around the limb
+    assert 0.1 < alone[100, 130] < 0.5  # the ball is deep
+    assert alone[100, 152] < 0.6
+    assert alone[150, 90] > behind[150, 90]  # between limbs there is less room
+    assert behind[150, 90] < 0.06

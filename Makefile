@@ -35,8 +35,8 @@ fuzz: setup ## hostile files for every reader, CASES=2000 of each kind
 bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done
 
-sheets: setup ## contact sheets of the sample, the photos and avatars, and of every action, into sheets/
-	@$(PY) scripts/make_sheets.py $(ARGS) && $(PY) scripts/make_motion_sheets.py
+sheets: setup ## contact sheets of the sample, the photos and avatars, of every action, and a gallery of PHOTOS=FOLDER, into sheets/
+	@$(PY) scripts/make_sheets.py $(ARGS) && $(PY) scripts/make_motion_sheets.py && $(PY) scripts/make_gallery.py $(PHOTOS)
 
 lint: setup ## ruff, mypy, layers
 	@$(PY) -m ruff check . && $(PY) -m mypy && .venv/bin/lint-imports

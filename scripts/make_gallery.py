@@ -1,0 +1,88 @@
+"""A gallery of real photographs, to be looked at from four sides: sheets/gallery.jpg.
+
+    python scripts/make_gallery.py [FOLDER] [--out sheets] [--size 260]
+
+For every photo of FOLDER (by default ``$A2V_DATA/photos``): the photo, the character from front, left, back and right, and the same as clay; what the user
+is told, and the share of slabs (`a2v.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from a2v.errors import A2VError
+from a2v.io import atomic_path
+from a2v.reconstruction.thickness import slab_share
+from a2v.rendering.preview import preview_surface
+from a2v.types import Body, OrthographicCamera, Subject, Surface
+from pipelines.inputs import video_parameters
+from pipelines.run import run
+from pipelines.store import Store
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def photos_of(folder: Path) -> list[Path]:
+    """The photos of a folder; masks beside them are none."""
+    found = [path for path in folder.glob("*") if path.suffix.lower() in (".jpg", ".jpeg", ".png", ".webp")]
+    return sorted(path for path in found if not path.stem.endswith("_mask"))
+
+
+def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
+    """A photo beside its surface from four sides, coloured and as clay, and what is to be said of it."""
+    store = Store()
+    outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **video_parameters(store, photo, "Walk"))
+    subject, surface, camera = (
+        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored", Surface), ("photo_camera", OrthographicCamera))
+    )
+    share = slab_share(surface, outcome.get("photo_body", Body), camera, subject.mask)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    seen = {"center": (low + high) / 2, "extent": 1.08 * float((high - low).max()), "size": size}
+    crop = Image.fromarray(subject.image)
+    crop.thumbnail((size, size))
+    square = Image.new("RGB", (size, size), "white")
+    square.paste(crop, ((size - crop.width) // 2, (size - crop.height) // 2))
+    turns = (0.0, 90.0, 180.0, 270.0)
+    looks = [preview_surface(surface, azimuth=turn, shaded=False, **seen) for turn in turns]
+    clay = [preview_surface(surface, azimuth=turn, shaded=False, plain=True, **seen) for turn in turns]
+    notes = "; ".join(str(note) for note in outcome.notes)
+    return np.hstack([np.asarray(square), *looks, *clay]), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'nothing is told'}"
+
+
+def main() -> int:
+    """Write the gallery; print what is said of each photo, and its path."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    data = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
+    parser.add_argument("folder", nargs="?", type=Path, default=data / "photos")
+    parser.add_argument("--out", type=Path, default=ROOT / "sheets")
+    parser.add_argument("--size", type=int, default=260)
+    given = parser.parse_args()
+    rows = []
+    for photo in photos_of(given.folder):
+        try:
+            picture, text = row(photo, given.size)
+        except A2VError as error:
+            print(f"{photo.stem}: {error}", flush=True)
+            continue
+        print(text, flush=True)
+        line = Image.new("RGB", (picture.shape[1], 18), "white")
+        ImageDraw.Draw(line).text((6, 3), text, fill="black")
+        rows += [np.asarray(line), picture]
+    if not rows:
+        print(f"no photo of a person in {given.folder}", file=sys.stderr)
+        return 2
+    target = given.out / "gallery.jpg"
+    with atomic_path(target) as temporary:
+        Image.fromarray(np.vstack(rows)).save(temporary, format="jpeg", quality=88)
+    print(target)
+    return 0
+
+
+if __name__ == "__main__":  # worker processes import this file again
+    sys.exit(main())

@@ -106,6 +106,24 @@ def user_cache_folder() -> Path | None:
         return None
 
 
+def cache_folders() -> Iterator[Path]:
+    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the temporary folder."""
+    if named := os.environ.get("A2V_CACHE"):
+        yield Path(named)
+    if folder := user_cache_folder():
+        yield folder
+    if os.environ.get("XDG_CACHE_HOME"):
+        with contextlib.suppress(RuntimeError):  # no home folder
+            yield Path.home() / ".cache" / "a2v"
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    yield Path(tempfile.gettempdir()) / f"a2v-{user}"
+
+
+def is_ours(path: Path) -> bool:
+    """Whether a file of `cache_folders` is the user's own: another one could have planted it in the shared temporary folder."""
+    return not hasattr(os, "getuid") or path.stat().st_uid in (os.getuid(), 0)
+
+
 def _umask() -> int:
     """The process's umask (it can only be read by setting it)."""
     mask = os.umask(0o022)

@@ -24,6 +24,16 @@ def open_session(path: Path, threads: int = 1) -> Any:
     return _cached_session(str(path), path.stat().st_mtime_ns, threads)
 
 
+def new_session(path: Path, threads: int = 1) -> Any:
+    """The same, not kept: for networks so large that their memory should come back."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.log_severity_level = 3
+    return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+
+
 def run_rows(
     session: Any, names: Sequence[str], feed: Mapping[str, np.ndarray], shared: Mapping[str, np.ndarray] | None = None
 ) -> list[np.ndarray]:
@@ -66,12 +76,7 @@ def read_metadata(path: Path, formats: Collection[str], what: str, threads: int 
 
 @functools.lru_cache(maxsize=8)
 def _cached_session(path: str, _modified: int, threads: int) -> Any:
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.log_severity_level = 3
-    return onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+    return new_session(Path(path), threads)
 
 
 @functools.lru_cache(maxsize=8)

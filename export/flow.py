@@ -22,8 +22,9 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.motion.flow import GUIDANCE, FlowModel
+from a2v.tracing import to_onnx
 from export.motion import demand_temperature, describe_data
-from export.storage import round_to_stored, save_model, shrink, to_onnx
+from export.storage import round_to_stored, save_model, shrink
 
 STEPS = 7
 """Steps of the integration: more do not change the metrics (docs/research/motion-flow.md)."""

@@ -37,7 +37,8 @@ from a2v.motion.fused import (
     velocity_layers,
 )
 from a2v.motion.vae import MotionVAE
-from export.storage import OPSET, SMALLEST_HALF, round_to_stored, save_model, shrink, to_onnx
+from a2v.tracing import OPSET, to_onnx
+from export.storage import SMALLEST_HALF, round_to_stored, save_model, shrink
 
 
 def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Tensor:

@@ -19,7 +19,8 @@ from a2v.reconstruction.implicit.inputs import FRAME, GUIDE
 from a2v.reconstruction.implicit.model import COLORS_FILE, FIELD_FILE, FORMAT, MAPS_FILE
 from a2v.reconstruction.implicit.networks import GUIDE_CHANNELS, PHOTO_CHANNELS, Painter, point_values
 from a2v.reconstruction.implicit.training import Detail, Shape, load_networks
-from export.storage import round_to_stored, save_model, shrink, to_onnx
+from a2v.tracing import to_onnx
+from export.storage import round_to_stored, save_model, shrink
 
 
 class MapsGraph(nn.Module):

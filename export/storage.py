@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -11,64 +10,16 @@ from typing import Any
 
 import numpy as np
 import onnx
-import onnxscript.optimizer
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 
 from a2v.io import atomic_path
 
-OPSET = 18
 SMALLEST_HALF = 1024
 """Tensors of at least this many numbers are stored as float16."""
 SMALLEST_BYTES = 16_384
 """The network's matrices of at least this many numbers are stored as bytes."""
-
-
-def to_onnx(
-    graph: nn.Module,
-    arguments: tuple[torch.Tensor, ...],
-    inputs: Sequence[str],
-    outputs: Sequence[str],
-    sizes: Sequence[Mapping[int, Any] | None],
-    *,
-    fold_below: int | None = None,
-) -> onnx.ModelProto:
-    """`graph`, traced with example `arguments`, as ONNX.
-
-    Parameters
-    ----------
-    inputs, outputs : names
-    sizes : one entry an input
-        ``{axis: torch.export.Dim}`` of the axes whose length stays free, or None.
-    fold_below : int, optional
-        What depends on weights alone is computed here, unless a tensor of at least this many numbers goes into it.
-        Default: the exporter's own choice.
-
-    Raises
-    ------
-    RuntimeError
-        Something in `graph` fixes a length that was to stay free: the exporter falls back to that without a word.
-    """
-    logger = logging.getLogger("onnxscript")
-    level = logger.level
-    logger.setLevel(logging.ERROR)  # a line for every node that it does not fold is nothing to tell users
-    try:
-        program = torch.onnx.export(
-            graph, arguments, dynamo=True, opset_version=OPSET, input_names=list(inputs), output_names=list(outputs),
-            dynamic_shapes=tuple(sizes), optimize=fold_below is None, verbose=False,
-        )  # fmt: skip
-        assert program is not None
-        proto: onnx.ModelProto = program.model_proto
-        if fold_below is not None:
-            proto = onnxscript.optimizer.optimize(proto, input_size_limit=fold_below - 1)
-    finally:
-        logger.setLevel(level)
-    for name, item, free in zip(inputs, proto.graph.input, sizes, strict=True):
-        for axis in free or {}:
-            if not item.type.tensor_type.shape.dim[axis].dim_param:
-                raise RuntimeError(f"axis {axis} of the input '{name}' is fixed in the exported graph")
-    return proto
 
 
 def _stored_as_bytes(tensor_name: str, shape: Sequence[int]) -> bool:

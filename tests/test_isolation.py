@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from a2v.body.anny_data import cache_folders
+from a2v.io import cache_folders
 from tests.support.traps import set_traps
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -10,11 +10,9 @@ Run ``python -m a2v.body.anny_data`` to compile ahead of time (set-up does this)
 
 from __future__ import annotations
 
-import contextlib
 import os
 import subprocess
 import tempfile
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from a2v.errors import A2VError, InputError
-from a2v.io import read_npz, write_npz
+from a2v.io import cache_folders, is_ours, read_npz, write_npz
 
 if TYPE_CHECKING:
     import torch
@@ -78,18 +76,6 @@ ARRAYS = (
 PHENOTYPE_ORDER = ("race", "gender", "age", "muscle", "weight", "height", "proportions", "cupsize", "firmness")
 
 
-def cache_folders() -> Iterator[Path]:
-    """Folders to look in and to write to, best first: ``A2V_CACHE``, the user's cache folder, the temporary folder."""
-    if named := os.environ.get("A2V_CACHE"):
-        yield Path(named)
-    if xdg := os.environ.get("XDG_CACHE_HOME"):
-        yield Path(xdg) / "a2v"
-    with contextlib.suppress(RuntimeError):  # no home folder
-        yield Path.home() / ".cache" / "a2v"
-    user = os.getuid() if hasattr(os, "getuid") else "user"
-    yield Path(tempfile.gettempdir()) / f"a2v-{user}"
-
-
 def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
     """The compiled arrays, from the cache or compiled now (about half a minute, once).
 
@@ -111,7 +97,7 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
     name = f"{'hm08' if whole else 'anny'}-{version('anny')}-{FORMAT}.npz"
     wanted = (*ARRAYS, *(("uv",) if whole else ()))
     for folder in cache_folders():
-        if not (folder / name).is_file() or not _trusted(folder / name):
+        if not (folder / name).is_file() or not is_ours(folder / name):
             continue
         try:
             arrays = read_npz(folder / name)
@@ -140,11 +126,6 @@ def load_anny_data(*, whole: bool = False) -> dict[str, np.ndarray]:
         except InputError:  # not writable: the next folder, or none at all
             continue
     return arrays
-
-
-def _trusted(path: Path) -> bool:
-    """Whether the file is ours: another user could have planted it in the shared temporary folder."""
-    return not hasattr(os, "getuid") or path.stat().st_uid in (os.getuid(), 0)
 
 
 def compile_anny(*, whole: bool = False) -> dict[str, np.ndarray]:

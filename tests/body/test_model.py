@@ -210,9 +210,10 @@ def test_bad_input_is_named(model: AnnyModel) -> None:
 def test_the_cache_survives_damage_and_a_read_only_home(tmp_path: Path) -> None:
     """A damaged file in the first folder is passed over; an unwritable home does not matter."""
     from a2v.body import anny_data
+    from a2v.io import cache_folders
 
     load_body_model("anny")  # fills some cache
-    good = next(folder for folder in anny_data.cache_folders() if list(folder.glob("anny-*.npz")))
+    good = next(folder for folder in cache_folders() if list(folder.glob("anny-*.npz")))
     name = next(good.glob(f"anny-*-{anny_data.FORMAT}.npz")).name
     first, home = tmp_path / "first", tmp_path / "home"
     first.mkdir()

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from export.storage import to_onnx
+from a2v.tracing import to_onnx
 
 
 class Halves(nn.Module):

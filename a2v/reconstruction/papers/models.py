@@ -1,9 +1,10 @@
-"""PIFu and PIFuHD as a whole: from a picture to occupancy and colours of points."""
+"""PIFu and PIFuHD as a whole: from a picture to occupancy and colours of points; `a2v.reconstruction.papers.converted` runs their parts."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -13,7 +14,6 @@ from a2v.errors import InputError
 from a2v.reconstruction.papers.checkpoints import fill, part, read_state
 from a2v.reconstruction.papers.networks import HourglassFilter, PointNetwork, ResidualNetwork, at_points
 
-PIXELS = 512
 DEPTH_FACTOR = 256 / 200
 """What depths in [-1, 1] are multiplied with before the networks see them."""
 
@@ -30,15 +30,11 @@ class PIFuGeometry(nn.Module):
         _demand(path, self.surface_classifier, self.image_filter.features + 1, 1)
         fill(self, state, str(path))
 
-    def see(self, image: Tensor) -> Tensor:
-        """Features of an image (1, 3, S, S)."""
-        features: Tensor = self.image_filter(image)
-        return features
-
-    def occupancy(self, features: Tensor, points: Tensor) -> Tensor:
-        """Chance (N,) that points (N, 3), x right, y down, z to the camera, all in [-1, 1], lie in the person."""
-        given = torch.cat([at_points(features, points[:, :2]), _depth(points)], 1)
-        return torch.sigmoid(self.surface_classifier(given)[0][0, 0])
+    def parts(self, pixels: int) -> Iterator[Part]:
+        """Features of a picture (1, 3, `pixels`, `pixels`), and the chance that points lie in the person."""
+        with_map = (self.image_filter.features, pixels // 4, pixels // 4)
+        yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
+        yield Part("points", _Occupancy(self.surface_classifier), {"features": with_map, "points": None})
 
 
 class PIFuColor(nn.Module):
@@ -50,21 +46,16 @@ class PIFuColor(nn.Module):
         with torch.device("meta"):
             self.image_filter = ResidualNetwork(part(state, "image_filter."))
             self.surface_classifier = PointNetwork(part(state, "surface_classifier."))
-        self.path = path
+        _demand(path, self.surface_classifier, self.surface_classifier.inputs, 3)
+        if self.surface_classifier.inputs < self.image_filter.features + 2:
+            raise InputError(f"{path}: the layers for points take {self.surface_classifier.inputs} numbers, fewer than its picture filter gives")
         fill(self, state, str(path))
 
-    def see(self, image: Tensor, geometry: Tensor) -> Tensor:
-        """Features of an image and of the geometry's own; raises InputError where the two networks do not belong together."""
-        _demand(self.path, self.surface_classifier, geometry.shape[1] + self.image_filter.features + 1, 3)
-        own: Tensor = self.image_filter(image)
-        if own.shape[2:] != geometry.shape[2:]:
-            raise InputError(f"{self.path} sees {own.shape[2]} cells across where the geometry's network sees {geometry.shape[2]}")
-        return torch.cat([geometry, own], 1)
-
-    def colors(self, features: Tensor, points: Tensor) -> Tensor:
-        """sRGB (N, 3) in [0, 1] of points as of `PIFuGeometry.occupancy`."""
-        given = torch.cat([at_points(features, points[:, :2]), _depth(points)], 1)
-        return 0.5 + 0.5 * torch.tanh(self.surface_classifier(given)[0][0].T)
+    def parts(self, pixels: int) -> Iterator[Part]:
+        """Features of a picture, and sRGB colours of points by these and, before them, those of the geometry."""
+        with_map = (self.surface_classifier.inputs - 1, pixels // 4, pixels // 4)
+        yield Part("features", self.image_filter, {"image": (3, pixels, pixels)})
+        yield Part("points", _Colors(self.surface_classifier), {"features": with_map, "points": None})
 
 
 class PIFuHD(nn.Module):
@@ -93,27 +84,92 @@ class PIFuHD(nn.Module):
             )
         fill(self, state, str(path))
 
-    def see(self, image: Tensor) -> tuple[Tensor, Tensor]:
-        """Coarse and fine features of an image (1, 3, 2 S, 2 S)."""
-        coarse: Any = self.netG
-        small = functional.interpolate(image, scale_factor=0.5, mode="bilinear", align_corners=False, antialias=True)
-        sides = [coarse.netF(small), coarse.netB(small)]
-        given = torch.cat([small, *sides], 1)
-        features = coarse.image_filter(given[:, : coarse.image_filter.conv1.in_channels])
-        large = [functional.interpolate(side, size=image.shape[2:], mode="bilinear", align_corners=True) for side in sides]
-        del given, small, sides
-        return features, self.image_filter(torch.cat([image, *large], 1)[:, : self.image_filter.conv1.in_channels])
-
-    def occupancy(self, features: tuple[Tensor, Tensor], points: Tensor) -> Tensor:
-        """Chance (N,) that points (N, 3), as of `PIFuGeometry.occupancy`, lie in the person, by the fine level."""
-        places, coarse = points[:, :2], features[0]
+    def parts(self, pixels: int) -> Iterator[Part]:
+        """Normals of front and back of a picture, coarse features of all three, fine ones at twice the size, and points by both."""
         net: Any = self.netG
-        kept = net.mlp(torch.cat([at_points(coarse, places), _depth(points)], 1), keep=self.merged)[1]
-        return torch.sigmoid(self.mlp(torch.cat([at_points(features[1], places), kept], 1))[0][0, 0])
+        small, large = (3, pixels, pixels), (3, 2 * pixels, 2 * pixels)
+        yield Part("front", net.netF, {"image": small})
+        yield Part("back", net.netB, {"image": small})
+        yield Part("coarse", _Coarse(net.image_filter), {"image": small, "front": small, "back": small})
+        yield Part("fine", _Fine(self.image_filter), {"image": large, "front": small, "back": small})
+        shapes = {"coarse": (net.image_filter.features, pixels // 4, pixels // 4), "fine": (self.image_filter.features, pixels, pixels)}
+        yield Part("points", _FineOccupancy(net.mlp, self.mlp, self.merged), {**shapes, "points": None})
 
 
-def _depth(points: Tensor) -> Tensor:
-    return DEPTH_FACTOR * points[None, None, :, 2]
+class Part(NamedTuple):
+    """A network that becomes a file of its own.
+
+    Attributes
+    ----------
+    name : str
+    network : Module
+    inputs : mapping
+        Name to shape without the batch of one; None for points (N, 3), x right, y down, z to the camera, all in [-1, 1].
+    """
+
+    name: str
+    network: nn.Module
+    inputs: Mapping[str, tuple[int, ...] | None]
+
+
+class _Occupancy(nn.Module):
+    """Chance (N,) that points lie in the person."""
+
+    def __init__(self, layers: PointNetwork) -> None:
+        super().__init__()
+        self.layers = layers
+
+    def forward(self, features: Tensor, points: Tensor) -> Tensor:
+        return torch.sigmoid(self.layers(_seen_at(features, points))[0][0, 0])
+
+
+class _Colors(nn.Module):
+    """sRGB (N, 3) in [0, 1] of points."""
+
+    def __init__(self, layers: PointNetwork) -> None:
+        super().__init__()
+        self.layers = layers
+
+    def forward(self, features: Tensor, points: Tensor) -> Tensor:
+        return 0.5 + 0.5 * torch.tanh(self.layers(_seen_at(features, points))[0][0].T)
+
+
+class _Coarse(nn.Module):
+    """Features of a picture and its normals."""
+
+    def __init__(self, see: HourglassFilter) -> None:
+        super().__init__()
+        self.see = see
+
+    def forward(self, image: Tensor, front: Tensor, back: Tensor) -> Tensor:
+        features: Tensor = self.see(torch.cat([image, front, back], 1)[:, : self.see.conv1.in_channels])
+        return features
+
+
+class _Fine(_Coarse):
+    """The same of a picture at twice the size."""
+
+    def forward(self, image: Tensor, front: Tensor, back: Tensor) -> Tensor:
+        normals = functional.interpolate(torch.cat([front, back], 1), size=image.shape[2:], mode="bilinear", align_corners=True)
+        features: Tensor = self.see(torch.cat([image, normals], 1)[:, : self.see.conv1.in_channels])
+        return features
+
+
+class _FineOccupancy(nn.Module):
+    """Chance (N,) that points lie in the person, by the fine level and what a layer of the coarse one gives."""
+
+    def __init__(self, first: PointNetwork, second: PointNetwork, merged: int) -> None:
+        super().__init__()
+        self.first, self.second, self.merged = first, second, merged
+
+    def forward(self, coarse: Tensor, fine: Tensor, points: Tensor) -> Tensor:
+        kept = self.first(_seen_at(coarse, points), keep=self.merged)[1]
+        return torch.sigmoid(self.second(torch.cat([at_points(fine, points[:, :2]), kept], 1))[0][0, 0])
+
+
+def _seen_at(features: Tensor, points: Tensor) -> Tensor:
+    """Features (1, D, N) at points, and their depth."""
+    return torch.cat([at_points(features, points[:, :2]), DEPTH_FACTOR * points[None, None, :, 2]], 1)
 
 
 def _demand(path: str | Path, network: PointNetwork, inputs: int, outputs: int) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from a2v.errors import InputError
 from a2v.geometry.visibility import person_box, silhouette_iou
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.inputs import Frame, make_frame
+from a2v.reconstruction.papers.converted import Converted
 from a2v.sessions import file_digest
 from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -109,18 +109,15 @@ def papers_surface(
     InputError
         A checkpoint is missing or of another network, the mask is empty, or the networks see nobody.
     """
-    import torch
-
     digest = settings.files_digest()
     if settings.digest not in ("", digest):
         raise InputError(f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile")
     bounds = person_box(body.vertices, subject.mask > 0.5, camera)
     place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
-    with torch.inference_mode():
-        occupancy = _occupancy(place, settings)
-        box = np.stack([bounds[0] - MARGIN, bounds[1] + MARGIN])
-        vertices, faces = extract_surface(lambda points: _distance(occupancy(points)), box, settings=settings.extraction, progress=progress)
-        colors = _colors(place, settings, vertices) if settings.pifu_color else None
+    occupancy = _occupancy(place, settings)
+    box = np.stack([bounds[0] - MARGIN, bounds[1] + MARGIN])
+    vertices, faces = extract_surface(lambda points: _distance(occupancy(points)), box, settings=settings.extraction, progress=progress)
+    colors = _colors(place, settings, vertices) if settings.pifu_color else None
     provenance = {
         "backend": "papers", "digest": digest, "geometry": "pifuhd" if settings.pifuhd else "pifu",
         "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
@@ -157,36 +154,30 @@ class _Placement:
 
 def _occupancy(place: _Placement, settings: PapersSettings) -> Callable[[FloatArray], FloatArray]:
     """The chance that points, metres, lie in the person, by the chosen network."""
-    import torch
-
-    from a2v.reconstruction.papers.models import PIFuGeometry, PIFuHD
-
-    network = PIFuHD(settings.pifuhd) if settings.pifuhd else PIFuGeometry(settings.pifu_geometry)
-    image = torch.from_numpy(place.image(2 * place.pixels if settings.pifuhd else place.pixels))
-    features = network.see(image)
-
-    def at(points: FloatArray) -> FloatArray:
-        with torch.inference_mode():
-            parts = torch.split(torch.from_numpy(place.points(points)), 8192)
-            chances: Any = torch.cat([network.occupancy(features, given) for given in parts]).numpy()  # type: ignore[arg-type]
-            found: FloatArray = np.asarray(chances, np.float32)
-            return found
-
-    return at
+    if settings.pifuhd:
+        network = Converted("pifuhd", settings.pifuhd, settings.pixels)
+        image = {"image": place.image(settings.pixels)}
+        sides = {side: network.run(side, **image) for side in ("front", "back")}
+        coarse = network.run("coarse", **image, **sides)
+        maps = {"coarse": coarse, "fine": network.run("fine", image=place.image(2 * settings.pixels), **sides)}
+    else:
+        network = Converted("geometry", settings.pifu_geometry, settings.pixels)
+        maps = {"features": network.run("features", image=place.image(settings.pixels))}
+    return lambda points: network.at(place.points(points), **maps)
 
 
 def _colors(place: _Placement, settings: PapersSettings, vertices: FloatArray) -> FloatArray:
     """PIFu's colours (V, 3) of vertices (V, 3)."""
-    import torch
-
-    from a2v.reconstruction.papers.models import PIFuColor, PIFuGeometry
-
-    image = torch.from_numpy(place.image(place.pixels))
-    network = PIFuColor(settings.pifu_color)
-    features = network.see(image, PIFuGeometry(settings.pifu_geometry).see(image))
-    parts = torch.split(torch.from_numpy(place.points(vertices)), 8192)
-    colors = torch.cat([network.colors(features, given) for given in parts]).numpy()
-    return np.clip(colors, 0, 1).astype(np.float32)
+    image = place.image(settings.pixels)
+    geometry = Converted("geometry", settings.pifu_geometry, settings.pixels).run("features", image=image)
+    network = Converted("color", settings.pifu_color, settings.pixels)
+    features = np.concatenate([geometry, network.run("features", image=image)], axis=1)
+    if features.shape[1] != network.features:
+        raise InputError(
+            f"{settings.pifu_color}: the layers for points take {network.features} features; "
+            f"with those of {settings.pifu_geometry} there are {features.shape[1]}: the two do not belong together"
+        )
+    return np.clip(network.at(place.points(vertices), features=features), 0, 1).astype(np.float32)
 
 
 def _distance(occupancy: FloatArray) -> FloatArray:

@@ -8,16 +8,17 @@ import pytest
 import torch
 
 from a2v.errors import InputError
+from a2v.reconstruction.papers.converted import Converted
 from a2v.reconstruction.papers.models import PIFuColor, PIFuGeometry, PIFuHD
 from a2v.reconstruction.papers.networks import at_points
-from tests.support.checkpoints import pifu_color, pifu_geometry, pifuhd, saved
+from tests.support.checkpoints import NARROW, pifu_color, pifu_geometry, pifuhd, saved
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("checkpoints")
     return {
-        "geometry": saved(pifu_geometry(), folder / "net_G"),
+        "geometry": saved(pifu_geometry(1), folder / "net_G"),
         "color": saved(pifu_color(), folder / "net_C"),
         "hd": saved(pifuhd(stacks=1, normals=4, blocks=2), folder / "pifuhd.pt"),
         "folder": folder,
@@ -28,36 +29,79 @@ def cloud(count=50):
     return 2 * torch.rand(count, 3, generator=torch.Generator().manual_seed(0)) - 1
 
 
+def image(pixels):
+    return torch.randn(1, 3, pixels, pixels, generator=torch.Generator().manual_seed(1))
+
+
+def parts(network, pixels):
+    return {part.name: part.network.eval() for part in network.parts(pixels)}
+
+
 @torch.inference_mode()
-def test_pifu_sees_and_answers(files):
-    image = torch.randn(1, 3, 64, 64, generator=torch.Generator().manual_seed(1))
+def test_pifu_sees_and_answers_and_onnxruntime_gives_the_same(files, monkeypatch):
+    monkeypatch.setenv("A2V_CACHE", str(files["folder"]))
     geometry, color = PIFuGeometry(files["geometry"]), PIFuColor(files["color"])
-    assert sum(weight.numel() for weight in geometry.parameters()) > 10e6
-    features = geometry.see(image)
+    assert sum(weight.numel() for weight in geometry.parameters()) > 2e6
+    asked, shape, tint = image(64), parts(geometry, 64), parts(color, 64)
+    features = shape["features"](asked)
     assert features.shape == (1, 256, 16, 16)
-    chance = geometry.occupancy(features, cloud())
+    chance = shape["points"](features, cloud())
     assert chance.shape == (50,)
     assert float(chance.std()) > 0
     assert ((chance > 0) & (chance < 1)).all()
-    both = color.see(image, features)
-    assert torch.equal(both[:, :256], features)  # the geometry's stand first
-    colors = color.colors(both, cloud())
+    both = torch.cat([features, tint["features"](asked)], 1)
+    colors = tint["points"](both, cloud())
     assert colors.shape == (50, 3)
     assert ((colors >= 0) & (colors <= 1)).all()
+    first, second = Converted("geometry", files["geometry"], 64), Converted("color", files["color"], 64)
+    found = first.run("features", image=asked.numpy())
+    assert found == pytest.approx(features.numpy(), abs=1e-4)
+    assert first.at(cloud().numpy(), features=found) == pytest.approx(chance.numpy(), abs=1e-5)
+    assert second.features == both.shape[1]
+    assert second.run("features", image=asked.numpy()) == pytest.approx(both[:, 256:].numpy(), abs=1e-4)
+    assert second.at(cloud().numpy(), features=both.numpy()) == pytest.approx(colors.numpy(), abs=1e-5)
 
 
 @torch.inference_mode()
-def test_pifuhd_sees_and_answers_and_its_fine_level_counts(files):
+def test_pifuhd_sees_and_answers_and_its_fine_level_counts(files, monkeypatch):
+    monkeypatch.setenv("A2V_CACHE", str(files["folder"]))
     network = PIFuHD(files["hd"])
     assert network.merged == 2
-    image = torch.randn(1, 3, 128, 128, generator=torch.Generator().manual_seed(1))
-    coarse, fine = network.see(image)
+    asked, own = {"image": image(64)}, parts(network, 64)
+    sides = {side: own[side](**asked) for side in ("front", "back")}
+    coarse, fine = own["coarse"](**asked, **sides), own["fine"](image(128), **sides)
     assert coarse.shape == (1, 256, 16, 16)
     assert fine.shape == (1, 16, 64, 64)
-    chance = network.occupancy((coarse, fine), cloud())
+    chance = own["points"](coarse, fine, cloud())
     assert chance.shape == (50,)
-    assert not torch.equal(chance, network.occupancy((coarse, torch.zeros_like(fine)), cloud()))
-    assert not torch.equal(chance, network.occupancy((torch.zeros_like(coarse), fine), cloud()))
+    assert not torch.equal(chance, own["points"](coarse, torch.zeros_like(fine), cloud()))
+    assert not torch.equal(chance, own["points"](torch.zeros_like(coarse), fine, cloud()))
+    converted = Converted("pifuhd", files["hd"], 64)
+    given = {name: value.numpy() for name, value in {**asked, **sides}.items()}
+    assert converted.run("front", image=given["image"]) == pytest.approx(given["front"], abs=1e-4)
+    assert converted.run("coarse", **given) == pytest.approx(coarse.numpy(), abs=1e-4)
+    assert converted.run("fine", **given | {"image": image(128).numpy()}) == pytest.approx(fine.numpy(), abs=1e-4)
+    assert converted.at(cloud().numpy(), coarse=coarse.numpy(), fine=fine.numpy()) == pytest.approx(chance.numpy(), abs=1e-5)
+
+
+def test_a_checkpoint_is_converted_once_and_anew_when_it_changes(files, monkeypatch, tmp_path):
+    monkeypatch.setenv("A2V_CACHE", str(tmp_path / "cache"))
+    path, made = tmp_path / "net_G", []
+    saved(pifu_geometry(1, NARROW), path)
+
+    def write(part, target):
+        made.append(part.name)
+        target.write_bytes(b"")
+        return target
+
+    monkeypatch.setattr("a2v.reconstruction.papers.converted._write", write)
+    for _ in range(2):
+        Converted("geometry", path, 32)
+    assert made == ["features", "points"]
+    saved(pifu_geometry(1, NARROW, seed=5), path)
+    Converted("geometry", path, 32)
+    assert len(made) == 4
+    assert len(list((tmp_path / "cache" / "papers").iterdir())) == 2
 
 
 def test_maps_are_read_from_corner_to_corner():

@@ -45,7 +45,7 @@ def files(lit, tmp_path_factory):
     image = (frame.image.astype(np.float32) / 127.5 - 1) * frame.mask[..., None]
     with torch.inference_mode():
         network = PIFuGeometry(saved(slab(FRONT, BACK, 1.0), folder / "first"))
-        inside = float(network.see(torch.from_numpy(image.transpose(2, 0, 1)[None].copy())).max())
+        inside = float(network.image_filter(torch.from_numpy(image.transpose(2, 0, 1)[None].copy())).max())
     colors = pifu_color((513, 8, 8, 8, 8, 3))
     for name in colors:
         if name.startswith("surface_classifier"):

@@ -1,0 +1,66 @@
+"""From PyTorch to ONNX graphs."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import onnx
+    import torch
+    from torch import nn
+
+OPSET = 18
+
+
+def to_onnx(
+    graph: nn.Module,
+    arguments: tuple[torch.Tensor, ...],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    sizes: Sequence[Mapping[int, Any] | None],
+    *,
+    fold_below: int | None = None,
+) -> onnx.ModelProto:
+    """`graph`, traced with example `arguments`, as ONNX.
+
+    Parameters
+    ----------
+    inputs, outputs : names
+    sizes : one entry an input
+        ``{axis: torch.export.Dim}`` of the axes whose length stays free, or None.
+    fold_below : int, optional
+        What depends on weights alone is computed here, unless a tensor of at least this many numbers goes into it.
+        Default: the exporter's own choice.
+
+    Raises
+    ------
+    RuntimeError
+        Something in `graph` fixes a length that was to stay free: the exporter falls back to that without a word.
+    """
+    import onnxscript.optimizer
+    import torch
+
+    # a line for every node that is not folded, and for packages that are not needed, is nothing to tell users
+    loggers = [logging.getLogger(name) for name in ("onnxscript", "torch.onnx")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.ERROR)
+    try:
+        program = torch.onnx.export(
+            graph, arguments, dynamo=True, opset_version=OPSET, input_names=list(inputs), output_names=list(outputs),
+            dynamic_shapes=tuple(sizes), optimize=fold_below is None, verbose=False,
+        )  # fmt: skip
+        assert program is not None
+        proto: onnx.ModelProto = program.model_proto
+        if fold_below is not None:
+            proto = onnxscript.optimizer.optimize(proto, input_size_limit=fold_below - 1)
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+    for name, item, free in zip(inputs, proto.graph.input, sizes, strict=True):
+        for axis in free or {}:
+            if not item.type.tensor_type.shape.dim[axis].dim_param:
+                raise RuntimeError(f"axis {axis} of the input '{name}' is fixed in the exported graph")
+    return proto

@@ -184,6 +184,8 @@ class CharacterStages:
         "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs", default="", metavar="FILE", rare=True
     )
     pifu_color: str = option("PIFu's net_C, likewise: colours of what the photo does not show", default="", metavar="FILE", rare=True)
+    pamir_geometry: str = option("PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model", default="", metavar="FILE", rare=True)
+    pamir_texture: str = option("PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True)
     perception: PerceptionSettings = settings(PerceptionSettings)
     fit: FitSettings = settings(FitSettings)
     implicit: ImplicitSettings = settings(ImplicitSettings)
@@ -195,7 +197,11 @@ class CharacterStages:
     @property
     def papers(self) -> PapersSettings:
         """The settings of the backend papers."""
-        return PapersSettings(pifuhd=self.pifuhd, pifu_geometry=self.pifu_geometry, pifu_color=self.pifu_color)
+        return PapersSettings(
+            pifuhd=self.pifuhd, pifu_geometry=self.pifu_geometry, pifu_color=self.pifu_color,
+            pamir_geometry=self.pamir_geometry, pamir_texture=self.pamir_texture,
+            smpl=self.fit.model if self.pamir_geometry and self.fit.model.endswith(".npz") else "",
+        )  # fmt: skip
 
     def parameters(self) -> Parameters:
         """Each stage's settings by the name that the graph has for them."""

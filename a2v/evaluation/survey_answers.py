@@ -111,7 +111,12 @@ def read_key(path: str | os.PathLike[str]) -> dict[str, Any]:
             and all(isinstance(clip["source"], str) for clip in key["clips"].values())
         )
         for question in key["questions"]:
-            good &= question["kind"] in ("preference", "real") and len(question["clips"]) > 0 and isinstance(question["id"], str) and names >= set(question["clips"])
+            good &= (
+                question["kind"] in ("preference", "real")
+                and len(question["clips"]) > 0
+                and isinstance(question["id"], str)
+                and names >= set(question["clips"])
+            )
     except (KeyError, TypeError, AttributeError):
         good = False
     if not good:

@@ -98,7 +98,11 @@ class ClassifierTraining(Training):
         """The "accuracy" on held-out clips, if there are any."""
         if self.held_out is None:
             return {}
-        return {"accuracy": held_out_accuracy(Evaluator(copy.deepcopy(self.network).cpu().eval(), FILE, "", {"facing": self.facing}), self.held_out)}
+        return {
+            "accuracy": held_out_accuracy(
+                Evaluator(copy.deepcopy(self.network).cpu().eval(), FILE, "", {"facing": self.facing}), self.held_out
+            )
+        }
 
     def content(self) -> dict[str, Any]:
         """Weights, and under "a2v" what `load_evaluator` says of them."""

@@ -40,7 +40,7 @@ class Warp:
     def frame(self, posed: FloatArray, view: ViewCamera, size: int) -> ByteArray:
         """A picture (size, size, 3) uint8 of the body posed to vertices (V, 3), metres, seen by `view`."""
         out = np.full((size * size, 3), BACKGROUND, np.uint8)
-        hits = RayScene(posed, self._faces).cast(np.tile(np.asarray(view.origin, np.float32), (size * size, 1)), _directions(view, size))
+        hits = RayScene(posed, self._faces).cast(np.tile(np.asarray(view.origin, np.float32), (size * size, 1)), directions(view, size))
         if not hits.hit.any():
             return out.reshape(size, size, 3)
         colors, seen = self._colors(hits.interpolate(self._vertices, self._faces))
@@ -66,7 +66,7 @@ class Warp:
         return np.clip(sample_image(self._image, pixels), 0, 255).astype(np.uint8), seen
 
 
-def _directions(view: ViewCamera, size: int) -> FloatArray:
+def directions(view: ViewCamera, size: int) -> FloatArray:
     """Directions (size * size, 3) of the rays through a view's pixels, rows first."""
     reach = size / 2 / np.tan(np.radians(view.fov) / 2)
     across = (np.arange(size) + 0.5 - size / 2) / reach

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,10 @@ from pipelines.options import group, option
 from pipelines.run import Outcome
 from pipelines.store import Store
 
-FLAT = ("warp", "mirror")
+if TYPE_CHECKING:
+    from a2v.evaluation.liquid_warp import LiquidWarp
+
+FLAT = ("warp", "liquid", "mirror")
 METHODS = (*SETTINGS, *FLAT)
 
 HELP = "Make the same video by several methods, side by side on one page: the papers' qualitative figures for any photo and motion."
@@ -30,9 +33,11 @@ EXAMPLES = """examples:
   a2v compare --photo me.jpg --action Walk --methods pifu,body-prior,warp,mirror --out sheet.html
   a2v compare --photo me.jpg --motion dance.bvh --methods papers,pifu --pifuhd pifuhd.pt --pifu-geometry net_G --pifu-color net_C --out sheet.html
   a2v compare --photo me.jpg --action Jump --methods pifu,warp --size 256 --survey survey.html --out sheet.html
+  a2v compare --photo me.jpg --action Walk --methods pifu,liquid --liquid-generator net_epoch_30_id_G.pth --liquid-uv mapper.txt --fit.model SMPL.npz --out sheet.html
 
-Methods are the backends of a2v reconstruct, and two that show what these bring: warp moves the photo's pixels with the posed body, in two
-dimensions; mirror gives the backend's surface the photo's colours in front and, mirrored, behind. Both take --backend's body.
+Methods are the backends of a2v reconstruct, and three that show what these bring: warp moves the photo's pixels with the posed body, in two
+dimensions; liquid is Liquid Warping GAN with your own files: its generator, the OBJ of SMPL's texture coordinates, and SMPL; mirror gives the
+backend's surface the photo's colours in front and, mirrored, behind.
 --survey writes a page that asks people to rank the videos; a2v survey --analyse reads the answers."""
 
 
@@ -44,6 +49,10 @@ class Options:
     out: str = option("the .html to write")
     methods: str = option(f"of {', '.join(METHODS)}, with commas", default=f"{DEFAULT_BACKEND},warp,mirror")
     shown: int = option("frames of each view as pictures", default=5)
+    liquid_generator: str | None = option("Liquid Warping GAN's generator, for the method liquid", default=None, metavar="FILE")
+    liquid_uv: str | None = option(
+        "OBJ with the texture coordinates of SMPL's mesh (its mapper.txt), likewise", default=None, metavar="FILE"
+    )
     survey: str | None = option("a user study of the same videos, .html", default=None, metavar="FILE")
     motion: MotionOptions = group(MotionOptions)
     look: LookOptions = group(LookOptions)
@@ -62,6 +71,8 @@ def run(options: Options) -> Answer:
         if Path(path).suffix.lower() != ".html":
             raise InputError(f"cannot write {path}; expected a name that ends in .html")
         check_writable(Path(path).parent)
+    if "liquid" in methods and not (options.liquid_generator and options.liquid_uv):
+        raise InputError("the method liquid needs --liquid-generator FILE, --liquid-uv FILE and --fit.model with SMPL's file, all your own")
     films, fps, action = {}, 0.0, ""
     for method in methods:
         films[method], poses = _films(options, method)
@@ -80,9 +91,9 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
     stages = options.stages if method in FLAT else dataclasses.replace(options.stages, backend=method)
     parameters = options.look.parameters(store) | options.motion.parameters() | options.photo.parameters(store, stages)
     graph = video_graph(recorded=options.motion.motion is not None)
-    if method == "warp":
+    if method in ("warp", "liquid"):
         outcome = options.running.run(["subject", "body", "photo_camera", "poses", "camera"], parameters, graph=graph)
-        frames = _warped(outcome, parameters["render"])
+        frames = _warped(options, method, outcome, parameters["render"])
     else:
         overrides = _mirrored(options, parameters, graph) if method == "mirror" else {}
         outcome = options.running.run(["frame", "poses"], parameters, graph=graph, overrides=overrides)
@@ -100,15 +111,17 @@ def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str,
     return {"colored": outcome.store.put(colored)}
 
 
-def _warped(outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray]]:
-    """The frames of every view by `a2v.evaluation.warp.Warp`."""
+def _warped(options: Options, method: str, outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray]]:
+    """The frames of every view by `a2v.evaluation.warp.Warp`, or Liquid Warping GAN."""
     from a2v.animation import deform
     from a2v.animation.bind import skin_of
     from a2v.evaluation.warp import Warp
     from a2v.rendering import ViewCamera
 
     body, poses = outcome.get("body", Body), outcome.get("poses", Poses)
-    warp, skin = Warp(outcome.get("subject", Subject), body, outcome.get("photo_camera", OrthographicCamera)), skin_of(body)
+    given = outcome.get("subject", Subject), body, outcome.get("photo_camera", OrthographicCamera)
+    warp = Warp(*given) if method == "warp" else _liquid(options, *given)
+    skin = skin_of(body)
     posed = [deform(skin, transforms) for transforms in poses.bone_transforms]
     cameras = np.asarray(outcome.values["camera"])
     return [
@@ -118,3 +131,12 @@ def _warped(outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray
         ]
         for column in cameras.T
     ]
+
+
+def _liquid(options: Options, subject: Subject, body: Body, camera: OrthographicCamera) -> LiquidWarp:
+    """Liquid Warping GAN with the user's files."""
+    from a2v.evaluation.liquid import Generator
+    from a2v.evaluation.liquid_warp import LiquidWarp, read_face_texture
+
+    texture = read_face_texture(str(options.liquid_uv), body.faces)
+    return LiquidWarp(Generator(str(options.liquid_generator)), texture, subject, body, camera)

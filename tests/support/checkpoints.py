@@ -1,4 +1,4 @@
-"""Checkpoints in the layouts of PIFu and PIFuHD: every name and shape spelled out, random weights or chosen ones."""
+"""Checkpoints in the layouts of PIFu, PIFuHD, PaMIR and Liquid Warping GAN: every name and shape spelled out, random weights or chosen ones."""
 
 from __future__ import annotations
 
@@ -121,6 +121,78 @@ def pifuhd(*, stacks: int = 4, normals: int = 64, blocks: int = 9, seed: int = 2
     return {"model_state_dict": writer.state, "opt": options, "opt_netG": options, "epoch": 9}
 
 
+def _pamir_points(writer: Writer, widths: tuple[int, ...]) -> None:
+    for index, (before, after) in enumerate(itertools.pairwise(widths)):
+        again = widths[0] if 0 < index < len(widths) - 2 else 0
+        writer.conv(f"mlp.conv{index}.0", after, before + again, 1, 1)
+
+
+def _pamir_volume(writer: Writer) -> None:
+    for name, after, before in (("conv1", 8, 3), ("conv2", 32, 8)):
+        writer.conv(f"ve.{name}", after, before, 5, 5, 5)
+    writer.norm("ve.bn1", 8)
+    writer.norm("ve.bn2", 32)
+    for name in ("conv_out1", "conv_out2"):
+        writer.conv(f"ve.{name}", 32, 32, 3, 3, 3)
+    for block in ("r1", "r2", "r3"):
+        _pamir_wide(writer, f"ve.{block}", 32, 3, 3, 3)
+
+
+def _pamir_wide(writer: Writer, name: str, width: int, *kernel: int) -> None:
+    for part in ("bn", "bn1", "bn2"):
+        writer.norm(f"{name}.{part}", width)
+    for part in ("conv1", "conv2", "conv3"):
+        writer.conv(f"{name}.{part}", width, width, *kernel)
+
+
+def pamir_geometry(stacks: int = 4, modules: int = 3, depth: int = 4, widths: tuple[int, ...] = (288, 1024, 512, 256, 128, 1)) -> State:
+    """``pamir_net``."""
+    writer = Writer(4)
+
+    def block(name: str, before: int, after: int) -> None:
+        writer.norm(f"hg.{name}.bn", before)
+        writer.norm(f"hg.{name}.bn2", after // 2)
+        writer.conv(f"hg.{name}.conv1", after // 2, before, 3, 3)
+        writer.conv(f"hg.{name}.conv3", after, after // 2, 3, 3)
+        if before != after:
+            writer.conv(f"hg.{name}.conv4", after, before, 1, 1)
+
+    writer.conv("hg.conv1_", 64, 3, 7, 7)
+    writer.norm("hg.bn1", 64)
+    for name, before in (("r1", 64), ("r4", 128), ("r5", 128)):
+        block(name, before, 128)
+    for stack in range(stacks):
+        for level in range(depth):
+            inner = f"hourglass.{stack}." + level * "low2."
+            for index in range(modules):
+                for part in ("up1_", "low1_", "low3_", *(("low2_",) if level == depth - 1 else ())):
+                    block(f"{inner}{part}.{index}", 128, 128)
+        for index in range(modules):
+            block(f"Residual.{stack * modules + index}", 128, 128)
+        writer.conv(f"hg.lin_.{stack}.0", 128, 128, 1, 1)
+        writer.norm(f"hg.lin_.{stack}.1", 128)
+        writer.conv(f"hg.tmpOut.{stack}", 256, 128, 1, 1)
+        if stack < stacks - 1:
+            writer.conv(f"hg.ll_.{stack}", 128, 128, 1, 1)
+            writer.conv(f"hg.tmpOut_.{stack}", 128, 256, 1, 1)
+    _pamir_volume(writer)
+    _pamir_points(writer, widths)
+    return writer.state
+
+
+def pamir_texture(widths: tuple[int, ...] = (544, 1024, 512, 256, 128, 4)) -> State:
+    """``pamir_tex_net``."""
+    writer = Writer(5)
+    for index, (after, before, kernel) in enumerate(((64, 3, 7), (128, 64, 3), (256, 128, 3)), 1):
+        writer.conv(f"cg.conv{index}", after, before, kernel, kernel)
+        writer.norm(f"cg.bn{index}", after)
+    for index in range(1, 7):
+        _pamir_wide(writer, f"cg.r{index}", 256, 3, 3)
+    _pamir_volume(writer)
+    _pamir_points(writer, widths)
+    return writer.state
+
+
 def saved(content: object, path: Path) -> str:
     """The path of a file that holds `content`."""
     torch.save(content, path)
@@ -153,3 +225,40 @@ def slab(front: float, back: float, inside: float) -> State:
         point[f"surface_classifier.conv{index}.weight"][0, 0, 0] = 1
     point["surface_classifier.conv1.bias"][0], point["surface_classifier.conv4.bias"][0] = 100, -100  # on the way nothing is negative
     return state
+
+
+def liquid_warping(*, width: int = 8, depth: int = 3, blocks: int = 2, inputs: int = 6, seed: int = 3) -> State:
+    """Liquid Warping GAN's ``net_epoch_30_id_G.pth``; in the published file `width` is 64 and there are 6 blocks."""
+    writer = Writer(seed)
+
+    def normed(name: str, *shape: int, at: int = 0, outputs: int = 0) -> None:
+        writer.conv(f"{name}.{at}", *shape, bias=False)
+        writer.norm(f"{name}.{at + 1}", outputs or shape[0])
+
+    def block(name: str, wide: int) -> None:
+        for at in (0, 3):
+            normed(f"{name}.main", wide, wide, 3, 3, at=at)
+
+    wide = width * 2**depth
+    normed("bg_model.model", width, 4, 7, 7)
+    for level in range(depth):
+        normed("bg_model.model", width * 2 ** (level + 1), width * 2**level, 3, 3, at=3 + 3 * level)
+    first = 3 + 3 * depth
+    for index in range(blocks):
+        block(f"bg_model.model.{first + index}", wide)
+    for level in range(depth):
+        near = wide // 2**level
+        normed("bg_model.model", near, near // 2, 3, 3, at=first + blocks + 3 * level, outputs=near // 2)
+    writer.conv(f"bg_model.model.{first + blocks + 3 * depth}", 3, width, 7, 7, bias=False)
+    for stream in ("src_model", "tsf_model"):
+        normed(f"{stream}.encoders.0", width, inputs, 7, 7)
+        for level in range(depth):
+            normed(f"{stream}.encoders.{level + 1}", width * 2 ** (level + 1), width * 2**level, 3, 3)
+            near = wide // 2**level
+            normed(f"{stream}.decoders.{level}", near, near // 2, 3, 3, outputs=near // 2)
+            normed(f"{stream}.skippers.{level}", near // 2, near, 3, 3)
+        for index in range(blocks):
+            block(f"{stream}.resnets.{index}", wide)
+        writer.conv(f"{stream}.img_reg.0", 3, width, 7, 7, bias=False)
+        writer.conv(f"{stream}.attetion_reg.0", 1, width, 7, 7, bias=False)
+    return writer.state

@@ -50,8 +50,8 @@ class Frame:
         return int(self.mask.shape[0])
 
 
-def frame_box(mask: FloatArray) -> tuple[float, float, float]:
-    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels.
+def frame_box(mask: FloatArray, fill: float = FILL) -> tuple[float, float, float]:
+    """Middle (u, v) and side of the square around the person in a mask (H, W), pixels; the person fills `fill` of it.
 
     Raises
     ------
@@ -63,14 +63,14 @@ def frame_box(mask: FloatArray) -> tuple[float, float, float]:
         raise InputError("the mask is empty; expected the person in it")
     low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]]) + 1
     middle = (low + high) / 2
-    return float(middle[0]), float(middle[1]), float((high - low).max()) / FILL
+    return float(middle[0]), float(middle[1]), float((high - low).max()) / fill
 
 
-def make_frame(image: ByteArray, mask: FloatArray, camera: OrthographicCamera, size: int = FRAME) -> Frame:
+def make_frame(image: ByteArray, mask: FloatArray, camera: OrthographicCamera, size: int = FRAME, *, fill: float = FILL) -> Frame:
     """Cut the square around the person out of a photo (H, W, 3) with its mask (H, W) and camera, and scale it to `size`."""
     import cv2
 
-    u, v, side = frame_box(mask)
+    u, v, side = frame_box(mask, fill)
     zoom = size / side
     matte = np.asarray(mask, np.float32)
     if zoom < 1:  # OpenCV's warp looks at four pixels only

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,8 +24,10 @@ KINDS: Mapping[str, Sequence[str]] = {
     "geometry": ("features", "points"),
     "color": ("features", "points"),
     "pifuhd": ("front", "back", "coarse", "fine", "points"),
+    "pamir": ("features", "volume", "points"),
+    "pamir-texture": ("features", "volume", "points"),
 }
-"""Names of the parts of PIFu's ``net_G`` and ``net_C`` and of PIFuHD, as `Part` has them."""
+"""Names of the parts of PIFu's ``net_G`` and ``net_C``, of PIFuHD and of PaMIR, as `Part` has them."""
 CHUNK = 16_384
 """Points a call: bounds memory."""
 
@@ -94,9 +96,10 @@ def _convert(kind: str, path: str | Path, pixels: int, name: str) -> dict[str, P
     import torch
 
     from a2v.reconstruction.papers.models import PIFuColor, PIFuGeometry, PIFuHD
+    from a2v.reconstruction.papers.pamir import PamirGeometry, PamirTexture
 
-    networks: Mapping[str, type[PIFuGeometry] | type[PIFuColor] | type[PIFuHD]]
-    networks = {"geometry": PIFuGeometry, "color": PIFuColor, "pifuhd": PIFuHD}
+    networks: Mapping[str, Callable[[str | Path], PIFuGeometry | PIFuColor | PIFuHD | PamirGeometry | PamirTexture]]
+    networks = {"geometry": PIFuGeometry, "color": PIFuColor, "pifuhd": PIFuHD, "pamir": PamirGeometry, "pamir-texture": PamirTexture}
     network = networks[kind](path)
     target = _writable(name)
     with torch.no_grad():

@@ -48,7 +48,9 @@ class PIFuColor(nn.Module):
             self.surface_classifier = PointNetwork(part(state, "surface_classifier."))
         _demand(path, self.surface_classifier, self.surface_classifier.inputs, 3)
         if self.surface_classifier.inputs < self.image_filter.features + 2:
-            raise InputError(f"{path}: the layers for points take {self.surface_classifier.inputs} numbers, fewer than its picture filter gives")
+            raise InputError(
+                f"{path}: the layers for points take {self.surface_classifier.inputs} numbers, fewer than its picture filter gives"
+            )
         fill(self, state, str(path))
 
     def parts(self, pixels: int) -> Iterator[Part]:

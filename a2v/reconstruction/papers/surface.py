@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from a2v.geometry.visibility import person_box, silhouette_iou
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.implicit.inputs import Frame, make_frame
 from a2v.reconstruction.papers.converted import Converted
+from a2v.reconstruction.papers.pamir_person import PamirPerson
 from a2v.sessions import file_digest
 from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
 
+OfPoints = Callable[[FloatArray], FloatArray]
 MARGIN = 0.06
 """Metres around the body's and the mask's box in which the surface is looked for."""
 STEEPNESS = 0.06
@@ -27,12 +30,14 @@ class PapersSettings:
     """The checkpoints, and how the field becomes a surface.
 
     With `pifuhd` the shape is PIFuHD's, else that of `pifu_geometry`. With `pifu_color`, which needs `pifu_geometry`, colours that the
-    photo did not see are PIFu's; without, the front is mirrored.
+    photo did not see are PIFu's; without, the front is mirrored. PaMIR goes alone.
 
     Attributes
     ----------
-    pifuhd, pifu_geometry, pifu_color : str
+    pifuhd, pifu_geometry, pifu_color, pamir_geometry, pamir_texture : str
         Files; "" for none.
+    smpl : str
+        SMPL's file, with which the body was fitted: PaMIR needs it.
     pixels : int
         Side of the picture that PIFu and PIFuHD's coarse level see; the fine one sees twice that.
     resolution : int
@@ -46,6 +51,9 @@ class PapersSettings:
     pifuhd: str = ""
     pifu_geometry: str = ""
     pifu_color: str = ""
+    pamir_geometry: str = ""
+    pamir_texture: str = ""
+    smpl: str = ""
     pixels: int = 512
     resolution: int = 256
     vertices: int = 36_000
@@ -67,18 +75,27 @@ class PapersSettings:
         Raises
         ------
         InputError
-            None is given, one does not exist, or the colours' one stands alone.
+            None is given, one does not exist, the colours' one stands alone, or PaMIR does not.
         """
         from pathlib import Path
 
-        if not self.pifuhd and not self.pifu_geometry:
+        if not self.pifuhd and not self.pifu_geometry and not self.pamir_geometry:
             raise InputError(
-                "the backend 'papers' needs --pifuhd FILE or --pifu-geometry FILE, your own checkpoints; see docs/reconstruction.md"
+                "the backend 'papers' needs --pifuhd FILE, --pifu-geometry FILE or --pamir-geometry FILE, your own checkpoints; "
+                "see docs/reconstruction.md"
             )
-        if self.pifu_color and not self.pifu_geometry:
-            raise InputError("--pifu-color needs --pifu-geometry FILE too: PIFu's colours see its geometry's features")
+        for color, shape in (("pifu_color", "pifu_geometry"), ("pamir_texture", "pamir_geometry")):
+            if getattr(self, color) and not getattr(self, shape):
+                names = [name.replace("_", "-") for name in (color, shape)]
+                raise InputError(f"--{names[0]} needs --{names[1]} FILE too: colours see the geometry's features")
+        if self.pamir_geometry and (self.pifuhd or self.pifu_geometry):
+            raise InputError(
+                "--pamir-geometry goes without --pifuhd and --pifu-geometry: compare them by --methods of a2v compare, one by one"
+            )
+        if self.pamir_geometry and not self.smpl:
+            raise InputError("--pamir-geometry needs SMPL's .npz file too, your own: --fit.model SMPL.npz")
         digest = hashlib.sha256()
-        for name in (self.pifuhd, self.pifu_geometry, self.pifu_color):
+        for name in (self.pifuhd, self.pifu_geometry, self.pifu_color, self.pamir_geometry, self.pamir_texture, self.smpl):
             if name and not Path(name).is_file():
                 raise InputError(f"{name} does not exist; give the checkpoint's file")
             digest.update((file_digest(Path(name)) if name else "-").encode())
@@ -113,18 +130,29 @@ def papers_surface(
     if settings.digest not in ("", digest):
         raise InputError(f"the checkpoints have the digest {digest}, not {settings.digest}; they were changed meanwhile")
     bounds = person_box(body.vertices, subject.mask > 0.5, camera)
-    place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
-    occupancy = _occupancy(place, settings)
+    name, occupancy, colors_of = _networks(subject, body, camera, settings)
     box = np.stack([bounds[0] - MARGIN, bounds[1] + MARGIN])
     vertices, faces = extract_surface(lambda points: _distance(occupancy(points)), box, settings=settings.extraction, progress=progress)
-    colors = _colors(place, settings, vertices) if settings.pifu_color else None
+    colors = None if colors_of is None else colors_of(vertices)
     provenance = {
-        "backend": "papers", "digest": digest, "geometry": "pifuhd" if settings.pifuhd else "pifu",
+        "backend": "papers", "digest": digest, "geometry": name,
         "silhouette_iou": silhouette_iou(vertices, faces, camera, subject.mask),
     }  # fmt: skip
     shown = np.full((len(vertices), 3), 0.5, np.float32) if colors is None else colors
     surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=shown, provenance=provenance)
     return surface, colors
+
+
+def _networks(subject: Subject, body: Body, camera: OrthographicCamera, settings: PapersSettings) -> tuple[str, OfPoints, OfPoints | None]:
+    """The chosen network's name, its chance (N,) that points, metres, lie in the person, and colours (N, 3) of points where there are any."""
+    if settings.pamir_geometry:
+        seen = PamirPerson(
+            subject, body, camera, geometry=settings.pamir_geometry, texture=settings.pamir_texture, smpl=settings.smpl
+        )  # fmt: skip
+        return "pamir", seen.occupancy, seen.colors if settings.pamir_texture else None
+    place = _Placement(subject, camera, float(np.mean(body.vertices[:, 2])), settings.pixels)
+    colors = partial(_colors, place, settings) if settings.pifu_color else None
+    return "pifuhd" if settings.pifuhd else "pifu", _occupancy(place, settings), colors
 
 
 class _Placement:
@@ -152,7 +180,7 @@ class _Placement:
         return self._kept[1]
 
 
-def _occupancy(place: _Placement, settings: PapersSettings) -> Callable[[FloatArray], FloatArray]:
+def _occupancy(place: _Placement, settings: PapersSettings) -> OfPoints:
     """The chance that points, metres, lie in the person, by the chosen network."""
     if settings.pifuhd:
         network = Converted("pifuhd", settings.pifuhd, settings.pixels)

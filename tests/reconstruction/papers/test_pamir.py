@@ -139,8 +139,9 @@ def test_a_known_field_becomes_its_surface_in_the_pictures_colors(person, files)
     surface, colors = papers_surface(subject, body, camera, settings=settings)
     assert is_closed(surface.vertices, surface.faces)
     assert surface.provenance["geometry"] == "pamir"
-    assert surface.vertices.min(axis=0) == pytest.approx(body.vertices.min(axis=0), abs=0.06)
-    assert surface.vertices.max(axis=0) == pytest.approx(body.vertices.max(axis=0), abs=0.06)
+    for end in ("min", "max"):  # fingers are thinner than the volume's features are apart
+        apart = np.abs(getattr(surface.vertices, end)(axis=0) - getattr(body.vertices, end)(axis=0))
+        assert (apart < [0.1, 0.06, 0.06]).all()
     pixels = np.floor(camera.project(surface.vertices)).astype(int)
     within = (subject.mask[pixels[:, 1], pixels[:, 0]] > 0.5) & (np.abs(surface.vertices[:, 0]) < 0.05)
     assert np.median(np.abs(colors[within] * 255 - subject.image[pixels[within, 1], pixels[within, 0]])) < 6

@@ -29,6 +29,7 @@ from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras
 from a2v.rendering.looks import read_look
 from a2v.studio.avatar_files import load_avatar
+from a2v.studio.makehuman.assets import Archive
 from a2v.types import Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
 from pipelines.cli import main
 from pipelines.nodes.values import Blob, Pose, Poses
@@ -193,6 +194,21 @@ def test_cameras(text):
 @given(st.one_of(retold(LOOK), trees({"sun": [1, 0.5, 0.2], "zenith": None, "bounces": 2, "haze": 0.3}).map(json.dumps)))
 def test_looks(text):
     written(text, ".yaml", read_look)
+
+
+MHCLO = "obj_file a.obj\nx_scale 0 1 2.0\nmaterial a.mhmat\nz_depth 5\nverts 0\n0 1 2 1 0 0 0 0 .5\n2\n7\ndelete_verts\n5 7 - 9\n"
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nf 1/1 2/2 3/2\n"
+
+
+@given(retold(MHCLO), retold(OBJ), st.sampled_from([b"diffuseTexture a.png\n", b"diffuseTexture ../../a.png\n", b""]))
+def test_makehuman(clothes, mesh, material):
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as made:
+        for name, data in (("a.mhclo", clothes), ("a.obj", mesh)):
+            made.writestr(name, data.encode("utf-8", "surrogatepass"))
+        made.writestr("a.mhmat", material)
+        made.writestr("a.png", picture("PNG"))
+    written(archive.getvalue(), ".zip", lambda path: Archive(path).item("a.mhclo"))
 
 
 SETTINGS = "action: Walk\nframes: 9\nseed: 1\ncount: 2\n"

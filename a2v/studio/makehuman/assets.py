@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import posixpath
 import re
 import zipfile
@@ -149,17 +150,17 @@ class Archive:
         return Item(PurePosixPath(name).stem, binding, mesh, texture)
 
     def texture(self, material: str) -> ByteArray:
-        """The texture (H, W, 4) uint8 of an ``.mhmat``."""
-        import cv2
+        """The texture (H, W, 4) uint8 of an ``.mhmat``; its size is looked at before it is decoded."""
+        from PIL import Image
 
         words = re.search(r"^diffuseTexture\s+(.+)$", self.text(material), re.MULTILINE)
         if words is None:
             raise InputError(f"{self.path}:{material} names no diffuseTexture")
         name = self.beside(material, words.group(1))
-        image = cv2.imdecode(np.frombuffer(self.bytes(name), np.uint8), cv2.IMREAD_UNCHANGED)
-        if image is None or image.ndim != 3 or image.dtype != np.uint8 or max(image.shape[:2]) > MOST_PIXELS:
-            raise InputError(f"{self.path}:{name} is no picture of at most {MOST_PIXELS} px with 8-bit colours")
-        return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGRA2RGBA if image.shape[2] == 4 else cv2.COLOR_BGR2RGBA))
+        with reading(f"{self.path}:{name}", "picture", "a JPEG or PNG"), Image.open(io.BytesIO(self.bytes(name)), formats=("JPEG", "PNG")) as picture:
+            if max(picture.size) > MOST_PIXELS:
+                raise InputError(f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected at most {MOST_PIXELS} a side")
+            return np.asarray(picture.convert("RGBA"))
 
 
 def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
@@ -194,11 +195,10 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
     if not rows:
         raise InputError(f"{source} binds no vertices; expected numbers after 'verts'")
     table = np.array(rows)
-    corners = table[:, :3].astype(np.int64)
-    if not np.isfinite(table).all() or corners.min() < 0 or corners.max() >= BASE_VERTICES:
+    if not np.isfinite(table).all() or table[:, :3].min() < 0 or table[:, :3].max() >= BASE_VERTICES:
         raise InputError(f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that are not finite")
     scales = tuple(_scale(said.get(f"{axis}_scale", ""), source) for axis in "xyz")
-    return Binding(corners, table[:, 3:6], table[:, 6:9], scales, hides, int(float(said.get("z_depth", "0") or 0))), said
+    return Binding(table[:, :3].astype(np.int64), table[:, 3:6], table[:, 6:9], scales, hides, int(float(said.get("z_depth", "0") or 0))), said
 
 
 def _row(words: list[str], source: str) -> list[float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from pathlib import Path
 
 import cv2
@@ -185,3 +186,12 @@ def test_no_archive_is_told(tmp_path: Path) -> None:
     (tmp_path / "text.zip").write_text("text")
     with pytest.raises(InputError, match="zip"):
         Archive(tmp_path / "text.zip")
+
+
+def test_a_picture_that_says_it_is_huge_is_not_decoded(tmp_path: Path, files: dict[str, bytes]) -> None:
+    png = bytearray(files["base/looks/square.png"])
+    png[16:24] = (60_000).to_bytes(4, "big") * 2  # width and height
+    png[29:33] = zlib.crc32(bytes(png[12:29])).to_bytes(4, "big")
+    path = archive_of(tmp_path, {**files, "base/looks/square.png": bytes(png)})
+    with pytest.raises(InputError, match=r"60000 x 60000|picture"):
+        Archive(path).item("base/clothes/square/square.mhclo")

@@ -205,7 +205,7 @@ def test_prompts_loops_and_edits(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert (made.action, made.fps, made.frames) == ("Sneak,Run", 30, 90)
     assert main([*command, "--action", "Walk", "--loop", "--in-place", "--mirror", "--speed", "1.5"]) == 0
     loop = Motion.load(out)
-    assert np.abs(loop.root[:, [0, 2]]).max() < 0.3
+    assert np.abs(loop.root[:, [0, 2]]).max() < 0.4  # no travel; a walk that slows down and goes on sways by .3
     (tmp_path / "t.yaml").write_text("- {action: sneak, seconds: 1}\n- {action: run, frames: 12}\n")
     assert main([*command, "--timeline", str(tmp_path / "t.yaml"), "--seed", "4"]) == 0
     assert (Motion.load(out).action, Motion.load(out).frames) == ("Sneak,Run", 42)

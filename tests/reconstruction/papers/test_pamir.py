@@ -16,8 +16,8 @@ from a2v.reconstruction.papers import PapersSettings, pamir, papers_surface
 from a2v.reconstruction.papers.converted import Converted
 from a2v.reconstruction.papers.pamir import DISTANCE, FOCAL, PIXELS, PamirGeometry, PamirTexture, _in_picture, in_volume
 from a2v.reconstruction.papers.pamir_person import FILL, PamirPerson, body_volume
-from tests.body.test_smpl import arrays
 from tests.support.checkpoints import pamir_geometry, pamir_texture, saved
+from tests.support.smpl import smpl_arrays
 
 SMALL = {"stacks": 2, "modules": 1, "depth": 2, "widths": (288, 8, 8, 8, 8, 1)}
 
@@ -39,7 +39,7 @@ def body_alone():
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pamir")
-    np.savez(folder / "SMPL.npz", **arrays())
+    np.savez(folder / "SMPL.npz", **smpl_arrays())
     texture = pamir_texture((544, 8, 8, 8, 8, 4))
     texture["mlp.conv4.0.weight"].zero_()
     texture["mlp.conv4.0.bias"] = torch.tensor([30.0, -30.0, -30.0, 30.0])  # all of the picture

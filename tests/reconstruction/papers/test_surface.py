@@ -98,7 +98,7 @@ def test_the_backend_joins_the_colors_by_equation_14(lit, person):
 def test_what_does_not_fit_is_refused(lit, files, tmp_path):
     subject, body, camera, _, _ = lit
     for settings, words in [
-        (PapersSettings(), "--pifuhd FILE or --pifu-geometry FILE"),
+        (PapersSettings(), "--pifuhd FILE, --pifu-geometry FILE or --pamir-geometry FILE"),
         (dataclasses.replace(files, pifu_geometry="", pifuhd=files.pifu_color), "needs --pifu-geometry"),
         (dataclasses.replace(files, pifu_geometry=str(tmp_path / "none")), "does not exist"),
         (dataclasses.replace(files, digest="0"), "were changed meanwhile"),

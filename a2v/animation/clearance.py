@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.ground import smoothed
 from a2v.types import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 _FLESH = 0.008
 """How far skin gives way where an arm lies on it, metres."""
@@ -31,14 +35,44 @@ _UPPER = 0.5
 
 
 @dataclass(frozen=True)
-class _Flesh:
-    """Points of the skin, indices into `Rig.skin`: of trunk, head and thighs, and of one arm."""
+class _Trunk:
+    """The skin of trunk, head and thighs, which no arm moves: world positions and normals (T, K, 3), and a tree of the first for each frame."""
 
-    trunk: IntArray
-    arm: IntArray
+    points: FloatArray
+    normals: FloatArray
+    trees: list[cKDTree]
+
+    @classmethod
+    def of(cls, transforms: FloatArray, rig: Rig) -> _Trunk:
+        from scipy.spatial import cKDTree
+
+        owner, local = rig.skin
+        away = {bone for name in SIDES for joint in ("shoulder", "knee") for bone in subtree(rig.parents, rig.bones[f"{name}_{joint}"])}
+        own = np.flatnonzero(~np.isin(owner, list(away)))
+        points = place((owner[own], local[own]), transforms)
+        normals = np.einsum("tkab,kb->tka", transforms[:, owner[own], :3, :3], rig.skin_normals[own])
+        return cls(points, normals, [cKDTree(frame) for frame in points])
+
+
+@dataclass(frozen=True)
+class _Arm:
+    """An arm's bones from the shoulder's on, and the points of its skin, as `Rig.skin` has them, that are to keep out."""
+
     left: bool
     shoulder: int
     bones: list[int]
+    skin: tuple[IntArray, FloatArray]
+
+    @classmethod
+    def of(cls, rig: Rig, side: str) -> _Arm:
+        owner, local = rig.skin
+        shoulder, elbow = rig.bones[f"{side}_shoulder"], rig.bones[f"{side}_elbow"]
+        bones = subtree(rig.parents, shoulder)
+        rest = np.einsum("kab,kb->ka", rig.rest[owner], local) + rig.heads[owner]
+        along = rig.heads[elbow] - rig.heads[shoulder]
+        share = (rest - rig.heads[shoulder]) @ along / max(float(along @ along), 1e-9)
+        own = np.flatnonzero(np.isin(owner, bones) & (share > _UPPER))
+        return cls(side == "left", shoulder, bones, (owner[own], local[own]))
 
 
 def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
@@ -59,65 +93,43 @@ def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
     (T, B, 4, 4) float64
         The input where nothing is to be done.
     """
-    out = transforms
+    out, trunk = transforms, _Trunk.of(transforms, rig)
     for side in SIDES:
-        flesh = _flesh(rig, side)
-        if not len(flesh.trunk) or not len(flesh.arm):
+        arm = _Arm.of(rig, side)
+        if not trunk.points.shape[1] or not len(arm.skin[0]):
             continue
         turned = np.zeros((len(out), 3))
         for _ in range(_ROUNDS):
-            turn = _turn_out(out, rig, flesh)
+            turn = _turn_out(out, rig, trunk, arm)
             if not turn.any():
                 break
             wanted = turned + _widened(turn, _SMOOTH_SECONDS * fps)
             wanted *= _MOST / np.maximum(np.linalg.norm(wanted, axis=-1, keepdims=True), _MOST)
             out = out.copy() if out is transforms else out
-            turn_bones(out, flesh.bones, rotvec_to_rotmat(smoothed(wanted - turned, _SMOOTH_SECONDS / 2 * fps)))
+            turn_bones(out, arm.bones, rotvec_to_rotmat(smoothed(wanted - turned, _SMOOTH_SECONDS / 2 * fps)))
             turned = wanted
     return out
 
 
 def arm_depth(transforms: FloatArray, rig: Rig) -> FloatArray:
     """How far the arms are within trunk, head and thighs at most (T, 2), metres, left and right; 0 where they keep out."""
-    depth = np.zeros((len(transforms), 2))
+    depth, trunk = np.zeros((len(transforms), 2)), _Trunk.of(transforms, rig)
     for column, side in enumerate(SIDES):
-        flesh = _flesh(rig, side)
-        if len(flesh.trunk) and len(flesh.arm):
-            skin, normals = place(rig.skin, transforms), _normals(transforms, rig)
-            for t in range(len(transforms)):
-                depth[t, column] = max(0.0, float(_depths(skin[t], normals[t], flesh)[0].max()))
+        arm = _Arm.of(rig, side)
+        if trunk.points.shape[1] and len(arm.skin[0]):
+            for t, skin in enumerate(place(arm.skin, transforms)):
+                depth[t, column] = max(0.0, float(_depths(trunk, t, skin)[0].max()))
     return depth
 
 
-def _flesh(rig: Rig, side: str) -> _Flesh:
-    owner, local = rig.skin
-    away = {bone for name in SIDES for joint in ("shoulder", "knee") for bone in subtree(rig.parents, rig.bones[f"{name}_{joint}"])}
-    trunk = np.flatnonzero(~np.isin(owner, list(away)))
-    shoulder, elbow = rig.bones[f"{side}_shoulder"], rig.bones[f"{side}_elbow"]
-    bones = subtree(rig.parents, shoulder)
-    rest = np.einsum("kab,kb->ka", rig.rest[owner], local) + rig.heads[owner]
-    along = rig.heads[elbow] - rig.heads[shoulder]
-    share = (rest - rig.heads[shoulder]) @ along / max(float(along @ along), 1e-9)
-    arm = np.flatnonzero(np.isin(owner, bones) & (share > _UPPER))
-    return _Flesh(trunk, arm, side == "left", shoulder, bones)
-
-
-def _normals(transforms: FloatArray, rig: Rig) -> FloatArray:
-    """World normals (T, K, 3) of `Rig.skin`."""
-    normals: FloatArray = np.einsum("tkab,kb->tka", transforms[:, rig.skin[0], :3, :3], rig.skin_normals)
-    return normals
-
-
-def _depths(skin: FloatArray, normals: FloatArray, flesh: _Flesh) -> tuple[FloatArray, FloatArray]:
-    """Depth (A,) of an arm's points behind the tangent planes of the trunk's nearest points, and the planes' normals (A, 3)."""
-    from scipy.spatial import cKDTree
-
-    away, nearest = cKDTree(skin[flesh.trunk]).query(skin[flesh.arm], k=3, distance_upper_bound=_REACH)
+def _depths(trunk: _Trunk, t: int, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Depth (A,) of an arm's `skin` (A, 3) at frame `t` behind the tangent planes of the trunk's nearest points, and the planes' normals (A, 3)."""
+    away, nearest = trunk.trees[t].query(skin, k=3, distance_upper_bound=_REACH)
     known = np.isfinite(away)
     nearest = np.where(known, nearest, 0)
     weight = np.where(known, 1 / (away + 0.01) ** 2, 0.0)
-    point, normal = skin[flesh.trunk][nearest], normals[flesh.trunk][nearest]
-    behind = -((skin[flesh.arm][:, None] - point) * normal).sum(-1)
+    point, normal = trunk.points[t][nearest], trunk.normals[t][nearest]
+    behind = -((skin[:, None] - point) * normal).sum(-1)
     total = weight.sum(1)
     near = total > 0
     depth = np.where(near, (np.where(known, behind, 0) * weight).sum(1) / np.where(near, total, 1), -np.inf)
@@ -125,12 +137,12 @@ def _depths(skin: FloatArray, normals: FloatArray, flesh: _Flesh) -> tuple[Float
     return depth, out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
 
 
-def _turn_out(transforms: FloatArray, rig: Rig, flesh: _Flesh) -> FloatArray:
+def _turn_out(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm) -> FloatArray:
     """Rotation vectors (T, 3) about the shoulder that bring the arm out, frame by frame."""
-    skin, normals = place(rig.skin, transforms), _normals(transforms, rig)
-    found = [_depths(points, planes, flesh) for points, planes in zip(skin, normals, strict=True)]
+    skin = place(arm.skin, transforms)
+    found = [_depths(trunk, t, points) for t, points in enumerate(skin)]
     chest = (rig.chains["spine"] or [rig.bones["pelvis"]])[-1]
-    ways = _ways_out(found, transforms[:, chest, :3, :3] @ rig.rest[chest].T, 1.0 if flesh.left else -1.0)
+    ways = _ways_out(found, transforms[:, chest, :3, :3] @ rig.rest[chest].T, 1.0 if arm.left else -1.0)
     turns = np.zeros((len(transforms), 3))
     for t, (depth, out) in enumerate(found):
         if depth.max() <= _FLESH:
@@ -138,7 +150,7 @@ def _turn_out(transforms: FloatArray, rig: Rig, flesh: _Flesh) -> FloatArray:
         deep = depth > 0
         sure = np.clip(1 - depth[deep] / _SURE, 0, 1)[:, None]
         out = unit(sure * out[deep] + (1 - sure) * ways[t])
-        lever = np.cross(skin[t][flesh.arm[deep]] - transforms[t, flesh.shoulder, :3, 3], out)
+        lever = np.cross(skin[t][deep] - transforms[t, arm.shoulder, :3, 3], out)
         missing = depth[deep] - _FLESH / 2
         for _ in range(_STEPS):  # Kaczmarz: the farthest half-space first
             left = missing - lever @ turns[t]

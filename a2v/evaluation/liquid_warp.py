@@ -10,6 +10,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.evaluation.warp import directions
+from a2v.formats.obj import parse_obj
 from a2v.geometry.rays import Hits, RayScene
 from a2v.io import read_bytes
 from a2v.reconstruction.implicit.inputs import make_frame
@@ -40,25 +41,16 @@ def read_face_texture(path: str | os.PathLike[str], faces: IntArray) -> FloatArr
     InputError
         The file is no such OBJ, or lacks a face of the body.
     """
-    coordinates: list[list[float]] = []
-    found: dict[tuple[int, ...], tuple[int, int]] = {}
+    name = Path(path).name
     try:
-        for line in read_bytes(path, limit=MAX_BYTES).decode("ascii").splitlines():
-            words = line.split()
-            if words[:1] == ["vt"]:
-                coordinates.append([float(words[1]), float(words[2])])
-            elif words[:1] == ["f"]:
-                corners = [[int(number) - 1 for number in corner.split("/")[:2]] for corner in words[1:4]]
-                found[tuple(sorted(corner[0] for corner in corners))] = (corners[0][1], corners[1][1])
-        texture = np.asarray(coordinates, np.float32).reshape(-1, 2)
-        edges = [found[tuple(sorted(face))] for face in faces.tolist()]
-        middles = texture[np.asarray(edges)].mean(axis=1)
-    except KeyError:
-        raise InputError(
-            f"{Path(path).name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file"
-        ) from None
-    except (ValueError, IndexError, UnicodeDecodeError):
-        raise InputError(f"{Path(path).name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)") from None
+        mesh = parse_obj(read_bytes(path, limit=MAX_BYTES).decode("ascii"), name)
+    except UnicodeDecodeError:
+        raise InputError(f"{name} is no OBJ file with texture coordinates (lines vt u v, f v/vt ...)") from None
+    found = {tuple(sorted(face)): index for index, face in enumerate(mesh.faces.tolist())}
+    chosen = [found.get(tuple(sorted(face)), -1) for face in faces.tolist()]
+    if min(chosen) < 0:
+        raise InputError(f"{name} lacks faces of the body; expected the OBJ of SMPL's mesh, and --fit.model with SMPL's file")
+    middles = mesh.uv[chosen][:, :2].mean(axis=1)
     return np.asarray(np.stack([middles[:, 0], 1 - middles[:, 1], 0 * middles[:, 0]], axis=1), np.float32)
 
 

@@ -37,6 +37,8 @@ class TrainSettings(RunSettings):
         Clips an iteration.
     length : int
         Frames a clip; 0 for the data set's own (60 for HumanAct12, 100 for CMU).
+    balance : float
+        Share of a batch that is drawn from all actions alike instead of from all clips (not the paper's, whose evaluation draws actions alike).
     learning_rate, weight_decay : float
         Adam.
     schedule : "constant" or "cosine"
@@ -58,6 +60,7 @@ class TrainSettings(RunSettings):
     iterations: int = 50_000
     batch_size: int = 128
     length: int = 0
+    balance: float = 0.0
     learning_rate: float = 2e-4
     weight_decay: float = 1e-5
     schedule: Literal["constant", "cosine"] = "constant"
@@ -74,6 +77,8 @@ class TrainSettings(RunSettings):
             raise InputError(f"teacher_forcing is {self.teacher_forcing}; expected a probability from 0 to 1")
         if self.iterations < 1 or self.batch_size < 1 or self.length < 0:
             raise InputError("iterations and batch_size must be positive, length must not be negative")
+        if not 0 <= self.balance <= 1:
+            raise InputError(f"balance is {self.balance}; expected 0 (clips alike) to 1 (actions alike)")
 
     def final_kl(self, dataset: ActionDataset) -> float:
         """The KL term's weight at the end of the ramp."""
@@ -102,7 +107,7 @@ class VAETraining(Training):
         self.generator = np.random.default_rng(settings.seed)
         self.span = max(settings.iterations - 1, 1)
         self.rate = RateSchedule(peak=settings.learning_rate, span=self.span, floor=1.0 if settings.schedule == "constant" else 0.01)
-        self.sampler = ClipSampler(dataset, settings.length or dataset.length)
+        self.sampler = ClipSampler(dataset, settings.length or dataset.length, balance=settings.balance)
         self.final_kl = settings.final_kl(dataset)
 
     def step(self) -> dict[str, float]:

@@ -20,6 +20,7 @@ from PIL import Image as Pictures
 from a2v.body.smpl import JOINTS, SmplModel
 from a2v.datasets.arrays_pickle import read_arrays_pickle
 from a2v.datasets.base import FileSource
+from a2v.evaluation.liquid_warp import read_face_texture
 from a2v.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
 from a2v.formats import read_bvh, read_motion, write_bvh
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
@@ -209,6 +210,15 @@ def test_makehuman(clothes, mesh, material):
         made.writestr("a.mhmat", material)
         made.writestr("a.png", picture("PNG"))
     written(archive.getvalue(), ".zip", lambda path: Archive(path).item("a.mhclo"))
+
+
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+UV = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1/1 3/3/1 4/4/1\n"
+
+
+@given(st.one_of(retold(UV), edited(UV.encode())))
+def test_texture_coordinates(content):
+    written(content, ".obj", lambda path: read_face_texture(path, FACES))
 
 
 SETTINGS = "action: Walk\nframes: 9\nseed: 1\ncount: 2\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 import torch
 
@@ -63,5 +64,18 @@ def test_glmi_needs_a_trajectory():
 def test_impossible_settings_are_refused():
     with pytest.raises(InputError, match="probability"):
         TrainSettings(teacher_forcing=1.5)
+    with pytest.raises(InputError, match="balance is 2"):
+        TrainSettings(balance=2)
     with pytest.raises(InputError, match="unknown decoder"):
         VAESettings(decoder="transformer")
+
+
+def test_rare_actions_are_learned_from_as_often_as_asked_for():
+    data = waving()
+    first = int(np.flatnonzero(data.labels == 0)[0])
+    kept = np.array([first, *np.flatnonzero(data.labels == 1)])  # one clip of the first action
+    rare = dataclasses.replace(data, joints=[data.joints[index] for index in kept], labels=data.labels[kept])
+    for balance in (0.0, 1.0):
+        training = start(rare, SMALL, dataclasses.replace(SETTINGS, balance=balance))
+        _, labels, _ = training.sampler.batch(4000, np.random.default_rng(0))
+        assert (labels == 0).mean() == pytest.approx(0.5 if balance else 1 / len(kept), abs=0.03)

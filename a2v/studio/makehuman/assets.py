@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.formats.obj import MOST, ObjMesh, parse_obj
 from a2v.io import open_file, reading
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
@@ -19,7 +20,7 @@ BASE_VERTICES = 19158
 """Vertices of the mesh ``hm08`` that everything binds to."""
 MOST_FILES, LARGEST = 2000, 16 << 20
 """Files of an archive, and bytes of one of them unpacked."""
-MOST_VERTICES, MOST_PIXELS = 200_000, 4096
+MOST_PIXELS = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +50,12 @@ class Binding:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
-    """A mesh of an ``.obj``: faces (F, 3), triangles, and texture coordinates (F, 3, 2) of their corners, origin at the lower left."""
-
-    count: int
-    faces: IntArray
-    uv: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class Item:
     """Something to wear: its binding, mesh, and texture (H, W, 4) uint8 sRGB with opacity."""
 
     name: str
     binding: Binding
-    mesh: Mesh
+    mesh: ObjMesh
     texture: ByteArray
 
 
@@ -144,7 +136,7 @@ class Archive:
             binding, said = parse_mhclo(self.text(name), source)
             mesh_name = self.beside(name, said.get("obj_file", ""))
             mesh = parse_obj(self.text(mesh_name), f"{self.path}:{mesh_name}")
-            if mesh.count != len(binding.corners):
+            if mesh.count != len(binding.corners) or mesh.faces.max() >= mesh.count:
                 raise InputError(f"{source} binds {len(binding.corners)} vertices, but its mesh has {mesh.count}")
             texture = self.texture(self.beside(name, said.get("material", "")))
         return Item(PurePosixPath(name).stem, binding, mesh, texture)
@@ -188,8 +180,8 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
                 _hide(words[1:], hides, source)
         elif where == "verts":
             rows.append(_row(words, source))
-            if len(rows) > MOST_VERTICES:
-                raise InputError(f"{source} binds more than {MOST_VERTICES} vertices")
+            if len(rows) > MOST:
+                raise InputError(f"{source} binds more than {MOST} vertices")
         elif where == "delete_verts":
             _hide(words, hides, source)
     if not rows:
@@ -232,43 +224,3 @@ def _hide(words: list[str], hides: BoolArray, source: str) -> None:
             raise InputError(f"{source} deletes the vertices {first} to {last}; hm08 has {BASE_VERTICES}")
         hides[first : last + 1] = True
         index += 1
-
-
-def parse_obj(text: str, source: str) -> Mesh:
-    """Triangles of an ``.obj`` with texture coordinates; polygons become fans.
-
-    Raises
-    ------
-    InputError
-        No faces, faces without texture coordinates, or indices beyond what there is.
-    """
-    count, coordinates, faces, corners = 0, [], [], []
-    for line in text.splitlines():
-        words = line.split()
-        if not words:
-            continue
-        if words[0] == "v":
-            count += 1
-        elif words[0] == "vt":
-            coordinates.append((float(words[1]), float(words[2])))
-        elif words[0] == "f":
-            pairs = [_corner(word, source) for word in words[1:]]
-            for second in range(1, len(pairs) - 1):
-                chosen = (pairs[0], pairs[second], pairs[second + 1])
-                faces.append([pair[0] for pair in chosen])
-                corners.append([pair[1] for pair in chosen])
-        if max(count, len(faces), len(coordinates)) > MOST_VERTICES:
-            raise InputError(f"{source} has more than {MOST_VERTICES} vertices or faces")
-    if not faces:
-        raise InputError(f"{source} has no faces")
-    face, corner, uv = np.array(faces) - 1, np.array(corners) - 1, np.array(coordinates).reshape(-1, 2)
-    if face.min() < 0 or face.max() >= count or corner.min() < 0 or corner.max() >= len(uv) or not np.isfinite(uv).all():
-        raise InputError(f"{source} has faces beyond its {count} vertices and {len(uv)} texture coordinates")
-    return Mesh(count, face, uv[corner])
-
-
-def _corner(word: str, source: str) -> tuple[int, int]:
-    parts = word.split("/")
-    if len(parts) < 2 or not parts[1]:
-        raise InputError(f"{source} has a face without texture coordinates ('{word}')")
-    return int(parts[0]), int(parts[1])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.studio.makehuman.assets import BASE_VERTICES, Archive, parse_mhclo, parse_obj
+from a2v.studio.makehuman.assets import BASE_VERTICES, Archive, parse_mhclo
 from a2v.studio.makehuman.binding import carried, kept_faces, lay_on, opaque_faces, visible_parts
 
 MHCLO = """# a square on the first three vertices
@@ -135,20 +135,6 @@ def test_what_is_worn_over_hides_skin_and_clothes(tmp_path: Path, files: dict[st
 def test_broken_bindings_are_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         parse_mhclo(text, "a.mhclo")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (OBJ.replace("f 1/1", "f 9/1"), "faces beyond its 4 vertices"),
-        (OBJ.replace("f 1/1", "f 1/9"), "faces beyond"),
-        (OBJ.replace("f 1/1", "f 1"), "without texture coordinates"),
-        ("v 0 0 0\n", "no faces"),
-    ],
-)
-def test_broken_meshes_are_refused(text: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        parse_obj(text, "a.obj")
 
 
 @pytest.mark.parametrize(

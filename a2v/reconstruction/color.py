@@ -13,7 +13,8 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import make_atlas
-from a2v.reconstruction.color_prior import clean_colors, mirrored_prior
+from a2v.reconstruction.backs import Continuation, Seen, continue_photo, seen_before
+from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -38,6 +39,8 @@ class ColorSettings:
         Width of the transition band behind the silhouette, metres: second term of Eq. 14 only.
     texture : int
         Width and height of the texture, texels; 0 for vertex colours alone.
+    synthesis : bool
+        Continue what the photo shows of cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
     """
 
     lambda_nn: float = 1.0
@@ -45,6 +48,7 @@ class ColorSettings:
     tolerance: float = 1e-3
     band: float = 0.015
     texture: int = 2048
+    synthesis: bool = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lambda_nn) and self.lambda_nn > 0):
@@ -113,16 +117,22 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(parts))
+    continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, parts=parts, settings=settings)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
+    fixed, neighbors = colors, _nearest_vertices(vertices, settings.neighbors)
+    if continued is not None:
+        fixed, expected, neighbors = np.where(continued.labels[:, None] > 0, continued.expected, colors), continued.expected, continued.neighbors
+        band = band | continued.doubtful
     solution = solve_colors(
-        np.where(known[:, None], colors, expected), prior=np.clip(expected, 0, 1), neighbors=_nearest_vertices(vertices, settings.neighbors),
+        np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=neighbors,
         free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
     )  # fmt: skip
-    final = np.clip(solution.colors, 0, 1)
+    base = np.where(known[:, None], colors, solution.colors)
+    final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
-    uv, texture = _bake(vertices, faces, normals, final, photo, paint, settings.texture) if settings.texture else (None, None)
+    uv, texture = _bake(vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued, settings.texture) if settings.texture else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
@@ -148,6 +158,30 @@ def _expected(
         close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[nearest])
         expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
     return expected, reach
+
+
+def _continued(
+    photo: _Projection,
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    expected: FloatArray,
+    *,
+    known: BoolArray,
+    parts: IntArray | None,
+    settings: ColorSettings,
+) -> Continuation | None:
+    """What the photo shows, continued over the unseen side; None without parts, or where that is not asked for."""
+    if not settings.synthesis or parts is None:
+        return None
+    pixels = photo.camera.project(vertices)
+    face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(parts))
+    seen = Seen(
+        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=parts,
+        front=seen_before(pixels, known, parts),        neighbors=_nearest_vertices(vertices, settings.neighbors), skin=skin, face=face,
+    )  # fmt: skip
+    return continue_photo(seen, faces, normals, photo.clean, photo.camera)
 
 
 def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
@@ -253,7 +287,8 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
 
 
 def _bake(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, paint: FacePaint | None, size: int
+    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, paint: FacePaint | None,
+    continued: Continuation | None, size: int,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
     atlas = make_atlas(vertices, faces, size=size, density=1.5 * photo.camera.scale)
@@ -275,6 +310,8 @@ def _bake(
             eye = kind == EYE
             sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
             trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
+        if continued is not None:
+            smooth = smooth + continued.at(point, corner, weight[..., 0])
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
     # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding

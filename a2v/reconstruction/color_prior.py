@@ -55,6 +55,25 @@ def head_box(subject: Subject, *, least: float = 0.3) -> tuple[float, float, flo
     return middle - 2.0 * unit, top, middle + 2.0 * unit, eye_line + 2.1 * unit, eye_line
 
 
+def seen_face(
+    subject: Subject, pixels: FloatArray, colors: FloatArray, *, known: BoolArray, head: BoolArray | None
+) -> tuple[BoolArray, FloatArray | None]:
+    """Which vertices (V,), at `pixels` (V, 2), lie in the photo's face, and the colour (3,) of its cheeks (None where it shows none).
+
+    `colors` (V, 3) are the photo's at the vertices, `known` (V,) those that it saw, `head` (V,) those of head and neck.
+    """
+    none, box = np.zeros(len(pixels), bool), head_box(subject)
+    if box is None:
+        return none, None
+    left, _, right, chin, eye_line = box
+    unit, across = (chin - eye_line) / 2.1, np.abs(pixels[:, 0] - (left + right) / 2)
+    row = pixels[:, 1]
+    face = known & (across < 1.4 * unit) & (row > eye_line - unit) & (row < chin + 0.1 * unit)
+    face &= head if head is not None else True
+    cheeks = face & (np.abs(row - eye_line - 0.65 * unit) < 0.35 * unit) & (across < unit)
+    return face, np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else None
+
+
 def mirrored_prior(
     vertices: FloatArray,
     normals: FloatArray,

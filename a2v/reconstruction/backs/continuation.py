@@ -1,0 +1,132 @@
+"""What the photo shows of each stuff, continued over the unseen side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.geometry.images import sample_image
+from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
+from a2v.reconstruction.backs.frames import unrolling
+from a2v.reconstruction.backs.labels import HAIR, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.matching import match_surface
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
+
+SPACING = 0.004
+"""Metres a pixel at which patterns are compared."""
+
+
+TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
+"""What an expected colour of each label counts for where the photo shows the same stuff near by."""
+
+
+@dataclass(frozen=True, eq=False)
+class Continuation:
+    """Labels of a surface, and the detail that its unseen side gets.
+
+    Attributes
+    ----------
+    labels : (V,) int
+        Index into `KINDS`.
+    expected : (V, 3)
+        What the unseen side is expected to look like, without detail, smooth within each label.
+    doubtful : (V,) bool
+        Unseen vertices right behind a print: what is expected of them is the print.
+    neighbors : (V, N) int
+        Vertices of the same label next to each; itself in place of others.
+    continues : (V,) bool
+        Vertices that continue a place of the photo.
+    """
+
+    labels: IntArray
+    expected: FloatArray
+    doubtful: BoolArray
+    neighbors: IntArray
+    continues: BoolArray
+    _place: FloatArray
+    _maps: FloatArray
+    _vertices: FloatArray
+    _detail: FloatArray
+    _scale: float
+
+    def on_vertices(self) -> FloatArray:
+        """The detail (V, 3) of each vertex, averaged over its patch; 0 where nothing is continued."""
+        import cv2
+
+        found = np.zeros((len(self.labels), 3))
+        spacing = max(0.5, 0.4 * 0.007 * self._scale)
+        found[self.continues] = sample_image(cv2.GaussianBlur(self._detail, (0, 0), spacing), self._place[self.continues])
+        return found
+
+    def at(self, points: FloatArray, corners: IntArray, weights: FloatArray) -> FloatArray:
+        """The detail (n, 3) at points (n, 3) of faces with `corners` (n, 3), at barycentric `weights` (n, 3)."""
+        share = weights**3 * self.continues[corners]
+        share = share / np.maximum((weights**3).sum(axis=1, keepdims=True), 1e-9)
+        total = np.zeros((len(points), 3))
+        for corner in range(3):
+            own = np.flatnonzero(share[:, corner] > 1e-3)
+            vertex = corners[own, corner]
+            way = np.einsum("nij,nj->ni", self._maps[vertex], points[own] - self._vertices[vertex]) * self._scale
+            total[own] += share[own, corner, None] * sample_image(self._detail, self._place[vertex] + way * [1, -1])
+        return total
+
+    def report(self) -> Mapping[str, float]:
+        """Shares of the vertices by label, and of those that continue something."""
+        shares = {KINDS[kind]: float((self.labels == kind).mean()) for kind in range(len(KINDS))}
+        return shares | {"continues": float(self.continues.mean())}
+
+
+def continue_photo(
+    seen: Seen, faces: IntArray, normals: FloatArray, clean: FloatArray, camera: OrthographicCamera, *, gain: float = 1.0, seed: int = 0
+) -> Continuation:
+    """Continue a photo's clean colours (H, W, 3) over the surface that `camera` saw of it."""
+    labels = label_surface(seen)
+    vertices = np.asarray(seen.vertices, np.float64)
+    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face, spacing=SPACING)
+    maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
+    own = seen.neighbors * (labels[seen.neighbors] == labels[:, None]) + np.arange(len(labels))[:, None] * (
+        labels[seen.neighbors] != labels[:, None]
+    )
+    place, continues = match_surface(exemplar, vertices, maps, seen.neighbors, np.where(labels == SHOES, 0, labels), known=seen.known, seed=seed)
+    import cv2
+
+    height, width = clean.shape[:2]
+    base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
+    nearest = _nearest_shown(exemplar, vertices)
+    # what another limb, or other stuff, is before has tinted what is expected
+    other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
+    doubtful = (_before(exemplar, vertices) | other_before) & ~seen.known
+    return Continuation(
+        labels=labels, expected=_smooth(seen, labels, own, doubtful), doubtful=doubtful, neighbors=own, continues=continues,
+        _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
+        _detail=np.asarray((clean - base) * gain, np.float32), _scale=camera.scale,
+    )  # fmt: skip
+
+
+def _before(exemplar: Exemplar, vertices: FloatArray) -> BoolArray:
+    """Whether a print stands right before each vertex (V,)."""
+    pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
+    height, width = exemplar.prints.shape
+    return np.asarray(exemplar.prints[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
+
+
+def _nearest_shown(exemplar: Exemplar, vertices: FloatArray) -> IntArray:
+    """The label (V,) that the photo shows at each vertex's pixel."""
+    pixels = np.floor(exemplar.camera.project(vertices)).astype(int)
+    height, width = exemplar.labels.shape
+    return np.asarray(exemplar.labels[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
+
+
+def _smooth(seen: Seen, labels: IntArray, neighbors: IntArray, doubtful: BoolArray) -> FloatArray:
+    """The expected colours (V, 3) smoothed within each label; `doubtful` (V,) ones do not count."""
+    spacing = float(np.median(np.linalg.norm(seen.vertices[seen.neighbors] - seen.vertices[:, None], axis=2)))
+    rounds = int(np.clip(round(2 * (BROAD / max(spacing, 1e-4)) ** 2 / 2), 1, 40))
+    mixing: Any = neighbor_mean(neighbors)
+    weight = np.where(seen.known, 1.0, TRUST[labels])[:, None] * (~doubtful)[:, None]
+    value = np.where(weight > 0, seen.colors, 0.0)
+    for _ in range(rounds):
+        value, weight = mixing @ value, mixing @ weight
+    return np.where(weight > 1e-6, value / np.maximum(weight, 1e-6), seen.colors)

@@ -1,0 +1,157 @@
+"""The photo as a sample of its stuffs: their detail, and where it may be taken from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.rays import RayScene
+from a2v.reconstruction.backs.labels import LOWER, UPPER
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
+
+BROAD = 0.025
+"""Detail is what is finer than this, metres (sigma of a Gaussian); what is broader the network knows, or light and folds made it."""
+FAR = 0.05
+"""What repeats does so at least this far away across the limb, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exemplar:
+    """The photo on a grid of its own pixels.
+
+    Attributes
+    ----------
+    camera : OrthographicCamera
+        Of the grid.
+    colors : (H, W, 3) float32
+        sRGB in [0, 1].
+    base : (H, W, 3) float32
+        `colors` without detail, smoothed within each label alone.
+    labels : (H, W) int
+        Label of the surface at each pixel, 0 where it is unsure, unseen, or not there.
+    sources : (H, W) bool
+        What detail may be taken from: seen squarely, away from borders, no face, no print.
+    prints : (H, W) bool
+        What does not repeat: prints, logos, zips, pockets.
+    """
+
+    camera: OrthographicCamera
+    colors: FloatArray
+    base: FloatArray
+    labels: IntArray
+    sources: BoolArray
+    prints: BoolArray
+
+    @property
+    def detail(self) -> FloatArray:
+        """What the colours are more than their base (H, W, 3)."""
+        return np.asarray(self.colors - self.base, np.float32)
+
+
+def make_exemplar(
+    clean: FloatArray,
+    camera: OrthographicCamera,
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    labels: IntArray,
+    face: BoolArray,
+    *,
+    spacing: float,
+) -> Exemplar:
+    """The exemplar of a photo's clean colours (H, W, 3) at `spacing` metres a pixel (its own where that is coarser).
+
+    `labels` (V,) and `face` (V,) are the surface's; see `Seen`.
+    """
+    import cv2
+
+    zoom = min(1.0, 1.0 / (spacing * camera.scale))
+    height, width = (max(8, round(size * zoom)) for size in clean.shape[:2])
+    small = cv2.resize(clean, (width, height), interpolation=cv2.INTER_AREA)
+    grid = OrthographicCamera(
+        scale=camera.scale * height / clean.shape[0],
+        center_u=camera.center_u * width / clean.shape[1],
+        center_v=camera.center_v * height / clean.shape[0],
+    )
+    columns, rows = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    front = float(vertices[:, 2].max()) + 1.0
+    origins = grid.unproject(np.stack([columns, rows], axis=-1).reshape(-1, 2), front)
+    hits = RayScene(vertices, faces).cast(np.asarray(origins, np.float32), np.array([0, 0, -1], np.float32))
+    corner = np.concatenate([1 - hits.barycentric.sum(axis=1, keepdims=True), hits.barycentric], axis=1).argmax(axis=1)
+    nearest = faces[np.where(hits.hit, hits.face, 0), corner]
+    shown = hits.hit.reshape(height, width)
+    label = np.where(shown, labels[nearest].reshape(height, width), 0)
+    square = shown & (normals[nearest, 2].reshape(height, width) > 0.45) & ~face[nearest].reshape(height, width)
+    turned = normals[nearest, 2].reshape(height, width) < 0.75
+    base, sources, prints = small.copy(), np.zeros_like(shown), np.zeros_like(shown)
+    metre = grid.scale
+    for kind in np.unique(label[label > 0]):
+        own = label == kind
+        base[own] = _within(small, own, BROAD * metre)[own]
+        good = _inner(own & square, 0.012 * metre)
+        odd = non_repeating(small, own & square, own & square & turned, metre) & own if kind in (UPPER, LOWER) else np.zeros_like(own)
+        prints |= odd
+        sources |= good & ~odd
+    return Exemplar(grid, small, base, label, sources, prints)
+
+
+def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:
+    """A picture (H, W, 3) smoothed over a region (H, W) alone (normalised convolution)."""
+    import cv2
+
+    weight = region.astype(np.float32)
+    total = cv2.GaussianBlur(weight, (0, 0), sigma)
+    smooth = cv2.GaussianBlur(image * weight[..., None], (0, 0), sigma)
+    return np.asarray(smooth / np.maximum(total, 1e-6)[..., None], np.float32)
+
+
+def _inner(region: BoolArray, margin: float) -> BoolArray:
+    """A region (H, W) without its rim of `margin` pixels, or of less where it is thin."""
+    import cv2
+
+    depth = cv2.distanceTransform(region.astype(np.uint8), cv2.DIST_L2, 5)
+    deepest = float(depth.max())
+    return np.asarray(depth > min(margin, 0.45 * deepest))
+
+
+def non_repeating(image: FloatArray, region: BoolArray, turned: BoolArray, metre: float) -> BoolArray:
+    """Where a region (H, W) of a picture has what does not run around the limb: a print, a logo, a tie, a zip, a shirt under a jacket.
+
+    Patches of 3 cm are compared by colour. What runs around is seen where the surface is `turned` (H, W) to the side, too, `FAR` or more
+    beside it, at any height: stripes, checks, camouflage, folds. What is like nothing there is none of it. More than 45 % of a region is its
+    texture. `metre` is pixels.
+    """
+    import cv2
+    from scipy.spatial import cKDTree
+    from skimage.color import rgb2lab
+
+    none = np.zeros_like(region)
+    step = max(1, round(0.008 * metre))
+    inside = cv2.erode(region.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    rows, columns = np.nonzero(inside)
+    kept = (rows % step == 0) & (columns % step == 0)
+    rows, columns = rows[kept], columns[kept]
+    aside = np.flatnonzero(turned[rows, columns])
+    if len(aside) < 40 or np.ptp(columns) < 3 * FAR * metre:
+        return none
+    lab = rgb2lab(np.clip(_within(image, region, 0.005 * metre), 0, 1)).astype(np.float32)
+    # light falls off towards the sides: what is broad counts by its hue
+    lab = np.concatenate([0.6 * (lab[..., :1] - _within(lab, region, 0.1 * metre)[..., :1]), 0.15 * lab[..., :1], lab[..., 1:]], axis=-1)
+    lab[~region] = 0
+    reach = np.array([-0.013, 0.0, 0.013]) * metre
+    around = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2).round().astype(int)
+    padded = np.pad(lab, ((16, 16), (16, 16), (0, 0)))
+    features = np.concatenate([padded[rows + 16 + dy, columns + 16 + dx] for dx, dy in np.clip(around, -16, 16)], axis=1)
+    away, other = cKDTree(features[aside]).query(features, k=min(24, len(aside)), workers=1)
+    beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * metre
+    rare = np.where(beside.any(axis=1), np.where(beside, away, np.inf).min(axis=1), away[:, -1])
+    odd = rare > max(2.5 * float(np.median(rare)), 18.0)
+    if odd.mean() > 0.45:
+        return none
+    marks = none.astype(np.uint8)
+    marks[rows[odd], columns[odd]] = 1
+    size = max(3, 2 * round(0.015 * metre) + 1)
+    return np.asarray(cv2.morphologyEx(marks, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)) > 0) | (
+        cv2.dilate(marks, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) > 0
+    )

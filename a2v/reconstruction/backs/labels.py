@@ -1,0 +1,212 @@
+"""What a surface wears where: skin, hair, upper and lower garment, shoes, told from the photo and carried around to the back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.types import BoolArray, FloatArray, IntArray
+
+KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
+"""Labels of a surface; "upper" is also what hangs down from it (a dress), "unsure" is what none explains."""
+UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
+
+_HEAD = ("head", "neck")
+_ARMS = tuple(part for part in PARTS if part.endswith("_arm"))
+_LEGS = tuple(part for part in PARTS if part.endswith(("thigh", "shin")))
+_HANDS = tuple(part for part in PARTS if part.endswith("hand"))
+_FEET = tuple(part for part in PARTS if part.endswith("foot"))
+_NEVER = 60.0
+"""Cost of a label on a part that does not wear it, in CIELAB units."""
+_SHADE = np.array([0.5, 1.0, 1.0])
+"""What lightness, a and b count for: shadows are no other stuff."""
+_HUE = np.array([0.3, 1.0, 1.0])
+"""The same for skin, which has every shade between light and shadow."""
+_SAME = 11.0
+"""Garments whose colours differ by less, CIELAB units, are one."""
+
+
+def allowed_parts(kind: int) -> tuple[str, ...]:
+    """The body parts on which a label may lie."""
+    return {
+        UNSURE: PARTS,
+        SKIN: PARTS,
+        HAIR: (*_HEAD, "torso"),
+        UPPER: ("neck", "torso", *_ARMS, *_HANDS, *_LEGS),
+        LOWER: ("torso", *_LEGS, *_FEET),
+        SHOES: (*_FEET, *(part for part in _LEGS if part.endswith("shin"))),
+    }[kind]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What is known of a surface's vertices before they are labelled.
+
+    Attributes
+    ----------
+    vertices : (V, 3)
+        Metres.
+    colors : (V, 3)
+        The photo's at `known` vertices, those that a network (or a prior) expects elsewhere; sRGB in [0, 1].
+    known : (V,) bool
+    parts : (V,) int
+        Index into `a2v.body.PARTS`.
+    front : (V,) int
+        The known vertex of the same limb that the photo shows next to each vertex's own pixel: its mirrored counterpart for those behind.
+    neighbors : (V, N) int
+        Nearest vertices.
+    skin : (3,), optional
+        The face's colour, sRGB; None if it was not seen.
+    face : (V,) bool
+        Vertices within the face, of which nothing is continued.
+    """
+
+    vertices: FloatArray
+    colors: FloatArray
+    known: BoolArray
+    parts: IntArray
+    front: IntArray
+    neighbors: IntArray
+    skin: FloatArray | None
+    face: BoolArray
+
+    def on(self, *names: str) -> BoolArray:
+        """Which vertices (V,) lie on the parts of these names."""
+        return np.isin(self.parts, [PARTS.index(name) for name in names])
+
+
+LIMBS: tuple[tuple[str, ...], ...] = (
+    _HEAD, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
+    *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
+)  # fmt: skip
+"""Parts that stand for each other: what the photo shows of one before a hidden spot says what is there."""
+
+
+def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArray:
+    """The known vertex (V,) of the same limb whose pixel is nearest to each vertex's own (V, 2); of any limb where the photo shows none of it.
+
+    A hand before the belly says nothing of the back.
+    """
+    from scipy.spatial import cKDTree
+
+    front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
+    for names in LIMBS:
+        own = np.isin(parts, [PARTS.index(name) for name in names])
+        shown = np.flatnonzero(own & known)
+        if len(shown) >= 20:
+            front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
+    return front
+
+
+def label_surface(seen: Seen) -> IntArray:
+    """Label (V,) int of each vertex, an index into `KINDS`.
+
+    What the photo shows is sorted by colour: every label has a palette from the parts that it lies on for certain (hair: the crown; the
+    upper garment: the chest; the lower one: the thighs). Behind, the expected colours speak, and so does the label right before: hems,
+    belts and collars run around at their height. Both are smoothed over the surface.
+    """
+    lab = _lab(seen.colors)
+    palettes = _palettes(seen, lab)
+    if not palettes:
+        return np.full(len(lab), UNSURE)
+    kinds = np.array(sorted(palettes))
+    cost = np.stack([_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1)
+    for column, kind in enumerate(kinds):
+        cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
+        if kind == SHOES:
+            cost[~seen.on(*_FEET), column] += 6.0
+    front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=4)
+    chosen = front.argmin(axis=1)
+    # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
+    mirrored = chosen[seen.front]
+    before = 7.0 * (np.arange(len(kinds)) != mirrored[:, None])
+    before[seen.face[seen.front] | seen.on("head")] = 0
+    behind = _smoothed(seen, np.minimum(0.7 * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
+    final = np.where(seen.known, chosen, behind.argmin(axis=1))
+    best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
+    return np.where(best > 30.0, UNSURE, kinds[final])
+
+
+def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
+    """Typical CIELAB colours (n, 3) of each label that the photo shows."""
+    from skimage.color import rgb2lab
+
+    skin = None if seen.skin is None else rgb2lab(np.clip(seen.skin, 0, 1)[None])[0]
+    bare = np.zeros(len(lab), bool) if skin is None else (np.linalg.norm((lab - skin) * _HUE, axis=1) < 11)
+    height = seen.vertices[:, 1]
+    found: dict[int, FloatArray] = {}
+    if skin is not None:
+        found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *_HANDS, *_ARMS)], skin[None], count=3)
+    head = seen.known & seen.on("head") & ~seen.face
+    if head.sum() > 20:
+        crown = head & (height > np.quantile(height[head], 0.6)) & ~bare
+        if crown.sum() > 20:
+            found[HAIR] = _centers(lab[crown], None, count=2)
+    body = seen.known & ~bare
+    chest = body & seen.on("torso")
+    if chest.sum() > 100:
+        low, high = np.quantile(height[chest], [0.35, 0.95])
+        sleeves = body & seen.on(*(part for part in _ARMS if "upper" in part))
+        found[UPPER] = _centers(lab[(chest & (height > low) & (height < high)) | sleeves], None, count=4)
+    legs = body & seen.on(*_LEGS)
+    thighs = legs & seen.on("left_thigh", "right_thigh")
+    if thighs.sum() > 100:
+        lower = _centers(lab[thighs], None, count=4)
+        # dresses and overalls: what the legs wear is what the chest wears
+        if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:
+            found[LOWER] = lower
+    shoes = body & seen.on(*_FEET)
+    if shoes.sum() > 20:
+        found[SHOES] = _centers(lab[shoes], None, count=2)
+    return found
+
+
+def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatArray:
+    """At most `count` centres of colours (N, 3) by k-means, those of few colours left out; `start` (1, 3) joins them."""
+    from scipy.cluster.vq import kmeans2
+
+    none = np.zeros((0, 3)) if start is None else start
+    if len(lab) < 4 * count:
+        return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
+    centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=12)
+    share = np.bincount(member, minlength=count) / len(member)
+    return np.concatenate([none, centers[share > 0.08] / _SHADE])
+
+
+def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) -> FloatArray:
+    """How far (V,) colours (V, 3) are from the nearest one of a palette (n, 3)."""
+    away = np.linalg.norm((lab[:, None] - palette[None]) * shade, axis=2)
+    return np.asarray(away.min(axis=1))
+
+
+def _smoothed(seen: Seen, cost: FloatArray, *, fixed: IntArray | None, rounds: int, weight: float = 14.0) -> FloatArray:
+    """Costs (V, K) to which neighbours that are of another mind have added; those of `fixed` (V,), where not negative, never change theirs."""
+    total = cost.copy()
+    mixing = neighbor_mean(seen.neighbors)
+    for _ in range(rounds):
+        belief = np.exp(-(total - total.min(axis=1, keepdims=True)) / 6.0)
+        belief /= belief.sum(axis=1, keepdims=True)
+        if fixed is not None:
+            held = fixed >= 0
+            belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
+        total = cost + weight * (1 - mixing @ belief)
+    return total
+
+
+def neighbor_mean(neighbors: IntArray) -> Any:
+    """Sparse matrix (V, V) that gives each vertex the mean of its neighbours (V, N)."""
+    import scipy.sparse as sp
+
+    count, width = neighbors.shape
+    rows = np.repeat(np.arange(count), width)
+    return sp.csr_matrix((np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count))
+
+
+def _lab(colors: FloatArray) -> FloatArray:
+    from skimage.color import rgb2lab
+
+    lab: FloatArray = rgb2lab(np.clip(colors, 0, 1))
+    return lab

@@ -22,6 +22,9 @@ SPACING = 0.004
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
 """What an expected colour of each label counts for where the photo shows the same stuff near by."""
 
+TINTED = 0.04
+"""Up to so far from a border, metres, expected colours are tinted by what is beyond it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
@@ -83,9 +86,9 @@ def continue_photo(
     seen: Seen, faces: IntArray, normals: FloatArray, clean: FloatArray, camera: OrthographicCamera, *, gain: float = 1.0, seed: int = 0
 ) -> Continuation:
     """Continue a photo's clean colours (H, W, 3) over the surface that `camera` saw of it."""
-    labels = label_surface(seen)
+    labels, strange = label_surface(seen)
     vertices = np.asarray(seen.vertices, np.float64)
-    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face, spacing=SPACING)
+    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange, spacing=SPACING)
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
     own = seen.neighbors * (labels[seen.neighbors] == labels[:, None]) + np.arange(len(labels))[:, None] * (
         labels[seen.neighbors] != labels[:, None]
@@ -98,7 +101,7 @@ def continue_photo(
     nearest = _nearest_shown(exemplar, vertices)
     # what another limb, or other stuff, is before has tinted what is expected
     other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
-    doubtful = (_before(exemplar, vertices) | other_before) & ~seen.known
+    doubtful = (_before(exemplar, vertices) | other_before | strange | strange[seen.front]) & ~seen.known
     return Continuation(
         labels=labels, expected=_smooth(seen, labels, own, doubtful), doubtful=doubtful, neighbors=own, continues=continues,
         _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
@@ -120,13 +123,31 @@ def _nearest_shown(exemplar: Exemplar, vertices: FloatArray) -> IntArray:
     return np.asarray(exemplar.labels[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])
 
 
+def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) -> FloatArray:
+    """From nearly 0 at a border between labels to 1 (V,) at `TINTED` from it: what is expected there is a mixture of both."""
+    from scipy.spatial import cKDTree
+
+    border = (neighbors == np.arange(len(labels))[:, None]).any(axis=1)
+    if not border.any():
+        return np.ones(len(labels))
+    reach = cKDTree(vertices[border]).query(vertices, workers=1, distance_upper_bound=TINTED)[0]
+    return np.asarray(np.clip(reach / TINTED, 0.03, 1) ** 2)
+
+
 def _smooth(seen: Seen, labels: IntArray, neighbors: IntArray, doubtful: BoolArray) -> FloatArray:
     """The expected colours (V, 3) smoothed within each label; `doubtful` (V,) ones do not count."""
+    from scipy.spatial import cKDTree
+
     spacing = float(np.median(np.linalg.norm(seen.vertices[seen.neighbors] - seen.vertices[:, None], axis=2)))
     rounds = int(np.clip(round(2 * (BROAD / max(spacing, 1e-4)) ** 2 / 2), 1, 40))
     mixing: Any = neighbor_mean(neighbors)
-    weight = np.where(seen.known, 1.0, TRUST[labels])[:, None] * (~doubtful)[:, None]
-    value = np.where(weight > 0, seen.colors, 0.0)
+    weight = (np.where(seen.known, 1.0, TRUST[labels] * _from_border(seen.vertices, labels, neighbors)) * ~doubtful)[:, None]
+    value = weight * np.nan_to_num(seen.colors)
     for _ in range(rounds):
         value, weight = mixing @ value, mixing @ weight
-    return np.where(weight > 1e-6, value / np.maximum(weight, 1e-6), seen.colors)
+    smooth = value / np.maximum(weight, 1e-300)
+    lost = weight[:, 0] < 1e-6  # deep within what does not count
+    for kind in np.unique(labels[lost]):
+        own, good = np.flatnonzero(lost & (labels == kind)), np.flatnonzero(~lost & (labels == kind))
+        smooth[own] = smooth[good[cKDTree(seen.vertices[good]).query(seen.vertices[own], workers=1)[1]]] if len(good) else seen.colors[own]
+    return np.asarray(smooth)

@@ -101,8 +101,8 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
     return front
 
 
-def label_surface(seen: Seen) -> IntArray:
-    """Label (V,) int of each vertex, an index into `KINDS`.
+def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
+    """Label (V,) int of each vertex, an index into `KINDS`, and which vertices (V,) have a colour that is not their label's: prints.
 
     What the photo shows is sorted by colour: every label has a palette from the parts that it lies on for certain (hair: the crown; the
     upper garment: the chest; the lower one: the thighs). Behind, the expected colours speak, and so does the label right before: hems,
@@ -111,7 +111,7 @@ def label_surface(seen: Seen) -> IntArray:
     lab = _lab(seen.colors)
     palettes = _palettes(seen, lab)
     if not palettes:
-        return np.full(len(lab), UNSURE)
+        return np.full(len(lab), UNSURE), np.zeros(len(lab), bool)
     kinds = np.array(sorted(palettes))
     cost = np.stack([_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1)
     for column, kind in enumerate(kinds):
@@ -123,11 +123,18 @@ def label_surface(seen: Seen) -> IntArray:
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
     mirrored = chosen[seen.front]
     before = 7.0 * (np.arange(len(kinds)) != mirrored[:, None])
+    before *= np.where(seen.on("torso")[:, None] & (kinds == SKIN), 3.0, np.where(kinds == HAIR, 0.5, 1.0))
     before[seen.face[seen.front] | seen.on("head")] = 0
     behind = _smoothed(seen, np.minimum(0.7 * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
-    return np.where(best > 30.0, UNSURE, kinds[final])
+    labels, strange = kinds[final], best > 30.0
+    labels[best > _NEVER] = UNSURE
+    for kind in kinds:  # what is mostly of another colour is something else
+        own = labels == kind
+        if strange[own].mean() > 0.35 if own.any() else False:
+            labels[own & strange] = UNSURE
+    return labels, strange & (labels > UNSURE)
 
 
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:

@@ -1,0 +1,164 @@
+"""Constructed people: what the photo shows of their cloth goes on behind, in phase, without prints, and without their skin's tint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from a2v.body.parts import PARTS
+from a2v.geometry.images import sample_image
+from a2v.geometry.mesh import vertex_normals
+from a2v.reconstruction.backs import KINDS, Continuation, Seen, continue_photo, label_surface, seen_before
+from a2v.reconstruction.backs.frames import unrolling
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
+
+RADIUS, HALF = 0.14, 0.3
+CAMERA = OrthographicCamera(scale=400.0, center_u=80.0, center_v=140.0)
+SIZE = (280, 160)
+CLOTH = np.array([0.35, 0.4, 0.55])
+SKIN = np.array([0.8, 0.6, 0.5])
+
+
+def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
+    """An upright tube, closed by cones: vertices (V, 3), metres, and faces (F, 3)."""
+    rings, around = round(2 * HALF / step) + 1, round(2 * np.pi * RADIUS / step)
+    angle = np.arange(around) * 2 * np.pi / around
+    height = np.linspace(-HALF, HALF, rings)
+    ring = np.stack([RADIUS * np.sin(angle), np.zeros(around), RADIUS * np.cos(angle)], axis=1)
+    vertices = (ring[None] + np.stack([0 * height, height, 0 * height], axis=1)[:, None]).reshape(-1, 3)
+    row, column = (grid.ravel() for grid in np.meshgrid(np.arange(rings - 1), np.arange(around), indexing="ij"))
+    a, b = row * around + column, row * around + (column + 1) % around
+    faces = np.concatenate([np.stack([a, b, b + around], axis=1), np.stack([a, b + around, a + around], axis=1)])
+    low, high = len(vertices), len(vertices) + 1
+    own, after = np.arange(around), (np.arange(around) + 1) % around
+    top = (rings - 1) * around
+    caps = [np.stack([np.full(around, low), after, own], axis=1), np.stack([np.full(around, high), top + own, top + after], axis=1)]
+    return np.concatenate([vertices, [[0, -HALF - 0.02, 0], [0, HALF + 0.02, 0]]]), np.concatenate([faces, *caps])
+
+
+def _seen(vertices: FloatArray, normals: FloatArray, clean: FloatArray, *, expected: FloatArray, parts: IntArray | None = None) -> Seen:
+    pixels = CAMERA.project(vertices)
+    known: BoolArray = normals[:, 2] > 0.35
+    parts = np.full(len(vertices), PARTS.index("torso")) if parts is None else parts
+    return Seen(
+        vertices=vertices, colors=np.where(known[:, None], sample_image(clean, pixels), expected), known=known, parts=parts,
+        front=seen_before(pixels, known, parts), neighbors=cKDTree(vertices).query(vertices, k=11)[1][:, 1:], skin=None,
+        face=np.zeros(len(vertices), bool),
+    )  # fmt: skip
+
+
+def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
+    """The tube's photo (H, W, 3): `paint` gives the colour at the way around from the middle of the front (n,) and at heights (n,), metres."""
+    columns, rows = np.meshgrid(np.arange(SIZE[1]) + 0.5, np.arange(SIZE[0]) + 0.5)
+    points = CAMERA.unproject(np.stack([columns, rows], axis=-1), 0.0)
+    across = np.clip(points[..., 0] / RADIUS, -1, 1)
+    return np.clip(paint(RADIUS * np.arcsin(across), points[..., 1]), 0, 1).astype(np.float32)
+
+
+def _continued(clean: FloatArray, expected: FloatArray = CLOTH) -> tuple[FloatArray, Continuation]:
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    return vertices, continue_photo(_seen(vertices, normals, clean, expected=expected), faces, normals, clean, CAMERA)
+
+
+def _body(vertices: FloatArray) -> BoolArray:
+    """The tube without its ends."""
+    return np.abs(vertices[:, 1]) < HALF - 0.06
+
+
+def test_rings_go_on_around_the_body_in_phase() -> None:
+    period = 0.05
+    clean = _photo(lambda way, y: CLOTH + 0.15 * np.cos(2 * np.pi * y / period)[..., None])
+    vertices, continued = _continued(clean)
+    detail = continued.on_vertices()[:, 0]
+    wanted = np.cos(2 * np.pi * vertices[:, 1] / period)
+    for behind in (vertices[:, 2] < -0.5 * RADIUS, np.abs(vertices[:, 2]) < 0.5 * RADIUS):
+        chosen = behind & _body(vertices) & continued.continues
+        assert chosen.sum() > 0.9 * (behind & _body(vertices) & (vertex_normals(*_cylinder())[:, 2] <= 0.35)).sum()
+        assert np.corrcoef(detail[chosen], wanted[chosen])[0, 1] > 0.9
+        assert 0.6 < detail[chosen].std() / (0.15 * wanted[chosen].std()) < 1.3
+
+
+def test_upright_stripes_keep_their_width_on_the_sides_and_behind() -> None:
+    period = 2 * np.pi * RADIUS / 20
+    clean = _photo(lambda way, y: CLOTH + 0.15 * np.cos(2 * np.pi * way / period)[..., None])
+    vertices, continued = _continued(clean)
+    level = np.abs(vertices[:, 1] - vertices[np.abs(vertices[:, 1]).argmin(), 1]) < 1e-6
+    ring = np.flatnonzero(level & (vertices[:, 2] < 0.3 * RADIUS))
+    ring = ring[np.argsort(np.arctan2(vertices[ring, 0], -vertices[ring, 2]))]
+    detail = continued.on_vertices()[ring, 0]
+    crossings = (np.diff(np.sign(detail - detail.mean())) != 0).sum()
+    assert 0.7 < crossings / (2 * 20 * len(ring) / 110) < 1.3
+    assert detail.std() > 0.05
+
+
+def test_a_print_is_not_repeated() -> None:
+    weave = np.random.default_rng(0).normal(0, 0.03, (*SIZE, 1))
+    clean = _photo(lambda way, y: CLOTH + weave + np.where((np.hypot(way, y - 0.05) < 0.05)[..., None], [0.5, -0.3, -0.4], 0.0))
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    pixels = CAMERA.project(vertices)
+    shining = 0.5 * CLOTH + 0.5 * sample_image(clean, pixels)  # what a network would say: the print shines through
+    continued = continue_photo(_seen(vertices, normals, clean, expected=shining), faces, normals, clean, CAMERA)
+    behind = (normals[:, 2] < -0.3) & _body(vertices)
+    print_behind = behind & (np.hypot(vertices[:, 0], vertices[:, 1] - 0.05) < 0.03)
+    assert continued.doubtful[print_behind].all()
+    redness = continued.expected[behind, 0] - continued.expected[behind, 2]
+    assert np.abs(redness - (CLOTH[0] - CLOTH[2])).max() < 0.06
+    assert np.abs(continued.on_vertices()[behind]).max() < 0.12
+    assert continued.on_vertices()[behind].std() > 0.002
+
+
+def test_skin_does_not_tint_cloth() -> None:
+    """A body in a shirt that ends in the middle: above it skin; behind, what is expected is blurred over the border."""
+    clean = _photo(lambda way, y: np.where((y < 0.0)[..., None], CLOTH, SKIN))
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    parts = np.where(vertices[:, 1] < 0.0, PARTS.index("torso"), PARTS.index("neck"))
+    share = np.clip(0.5 + vertices[:, 1] / 0.08, 0, 1)[:, None]
+    seen = _seen(vertices, normals, clean, expected=share * SKIN + (1 - share) * CLOTH, parts=parts)
+    seen = Seen(**{**vars(seen), "skin": SKIN})
+    labels, _ = label_surface(seen)
+    clear = _body(vertices) & (np.abs(vertices[:, 1]) > 0.02)
+    wanted = np.where(vertices[:, 1] < 0, KINDS.index("upper"), KINDS.index("skin"))
+    assert (labels == wanted)[clear].mean() > 0.98
+    continued = continue_photo(seen, faces, normals, clean, CAMERA)
+    assert (labels[continued.neighbors] == labels[:, None]).all()
+    near = (normals[:, 2] < 0) & (vertices[:, 1] < -0.02) & (vertices[:, 1] > -0.05)
+    before, after = (np.linalg.norm(colors[near] - CLOTH, axis=1).mean() for colors in (seen.colors, continued.expected))
+    assert after < 0.7 * before
+
+
+def test_a_surface_unrolls_as_the_photo_shows_it() -> None:
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    body = _body(vertices)
+    maps = unrolling(vertices, normals, np.full(len(vertices), PARTS.index("torso")), cKDTree(vertices).query(vertices, k=11)[1][:, 1:])[body]
+    tangent = np.stack([normals[body, 2], 0 * normals[body, 2], -normals[body, 0]], axis=1)
+    assert np.abs(np.einsum("nij,nj->ni", maps, tangent) - [1, 0]).max() < 0.05
+    assert np.abs(maps[:, :, 1] - [0, 1]).max() < 0.05
+
+
+def test_nothing_is_continued_where_nothing_is_understood() -> None:
+    """A tube of hands alone: no label, and the expected colours stay what they were."""
+    vertices, faces = _cylinder(0.012)
+    normals = vertex_normals(vertices, faces)
+    clean = _photo(lambda way, y: np.broadcast_to(CLOTH, (*np.shape(y), 3)))
+    parts = np.full(len(vertices), PARTS.index("left_hand"))
+    seen = _seen(vertices, normals, clean, expected=SKIN, parts=parts)
+    continued = continue_photo(seen, faces, normals, clean, CAMERA)
+    assert not continued.labels.any()
+    assert not continued.continues.any()
+    assert not continued.on_vertices().any()
+
+
+@pytest.mark.parametrize("name", ["torso", "left_thigh"])
+def test_a_limb_is_seen_before_its_own_back(name: str) -> None:
+    pixels = np.array([[0.0, 0.0], [10.0, 0.0], [0.5, 0.0]])
+    parts = np.repeat([PARTS.index(name), PARTS.index("left_hand"), PARTS.index(name)], 30)
+    spread = np.repeat(pixels, 30, axis=0) + np.linspace(0, 0.1, 90)[:, None]
+    known = np.arange(90) < 60
+    assert (seen_before(spread, known, parts)[60:] < 30).all()

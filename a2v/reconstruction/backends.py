@@ -101,6 +101,11 @@ def color_by_photo(
     return color_surface(person.surface, subject, camera, prior=person.expected_colors, parts=parts, settings=settings, progress=progress)
 
 
+def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+    """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side (`ColorSettings.synthesis`)."""
+    return color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=False))
+
+
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
@@ -133,5 +138,7 @@ def color_by_network(person: Reconstruction, subject: Subject, body: Body, camer
     return dataclasses.replace(person.surface, colors=colors.astype(np.float32), uv=None, texture=None)
 
 
-COLORINGS: Mapping[str, Coloring] = {"ours": color_by_photo, "mirrored": color_mirrored, "network": color_by_network}
+COLORINGS: Mapping[str, Coloring] = {
+    "ours": color_by_photo, "eq14": color_by_equation, "mirrored": color_mirrored, "network": color_by_network,
+}  # fmt: skip
 """Ways to colour a reconstruction, by name; "ours" is what users get, the others are ablations."""

@@ -122,8 +122,8 @@ def color_surface(
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed, neighbors = colors, _nearest_vertices(vertices, settings.neighbors)
     if continued is not None:
-        fixed, expected, neighbors = np.where(continued.labels[:, None] > 0, continued.expected, colors), continued.expected, continued.neighbors
-        band = band | continued.doubtful
+        expected, neighbors, band = continued.expected, continued.neighbors, band | continued.doubtful
+        fixed = np.where(continued.labels[:, None] > 0, expected, colors)
     solution = solve_colors(
         np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=neighbors,
         free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
@@ -132,9 +132,12 @@ def color_surface(
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
-    uv, texture = _bake(vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued, settings.texture) if settings.texture else (None, None)
+    baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
+    uv, texture = _bake(*baked, settings.texture) if settings.texture else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
+    if continued is not None:
+        provenance["synthesis"] = dict(continued.report())
     return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
 
 
@@ -287,8 +290,14 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
 
 
 def _bake(
-    vertices: FloatArray, faces: IntArray, normals: FloatArray, colors: FloatArray, photo: _Projection, paint: FacePaint | None,
-    continued: Continuation | None, size: int,
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    photo: _Projection,
+    paint: FacePaint | None,
+    continued: Continuation | None,
+    size: int,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
     atlas = make_atlas(vertices, faces, size=size, density=1.5 * photo.camera.scale)

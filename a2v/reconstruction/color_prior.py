@@ -63,7 +63,8 @@ def seen_face(
     `colors` (V, 3) are the photo's at the vertices, `known` (V,) those that it saw, `head` (V,) those of head and neck.
     """
     none, box = np.zeros(len(pixels), bool), head_box(subject)
-    if box is None:
+    ahead = subject.keypoints_3d[0, 2] - subject.keypoints_3d[[7, 8], 2].mean()
+    if box is None or ahead < 0:  # landmarks of a face are guessed on the back of a head, too
         return none, None
     left, _, right, chin, eye_line = box
     unit, across = (chin - eye_line) / 2.1, np.abs(pixels[:, 0] - (left + right) / 2)

@@ -136,7 +136,8 @@ def test_a_surface_unrolls_as_the_photo_shows_it() -> None:
     vertices, faces = _cylinder()
     normals = vertex_normals(vertices, faces)
     body = _body(vertices)
-    maps = unrolling(vertices, normals, np.full(len(vertices), PARTS.index("torso")), cKDTree(vertices).query(vertices, k=11)[1][:, 1:])[body]
+    neighbors = cKDTree(vertices).query(vertices, k=11)[1][:, 1:]
+    maps = unrolling(vertices, normals, np.full(len(vertices), PARTS.index("torso")), neighbors)[body]
     tangent = np.stack([normals[body, 2], 0 * normals[body, 2], -normals[body, 0]], axis=1)
     assert np.abs(np.einsum("nij,nj->ni", maps, tangent) - [1, 0]).max() < 0.05
     assert np.abs(maps[:, :, 1] - [0, 1]).max() < 0.05

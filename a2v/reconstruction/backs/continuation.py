@@ -11,7 +11,7 @@ import numpy as np
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HAIR, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.labels import KINDS, LOWER, SHOES, UPPER, Seen, label_surface, neighbor_mean
 from a2v.reconstruction.backs.matching import match_surface
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -83,19 +83,19 @@ class Continuation:
 
 
 def continue_photo(
-    seen: Seen, faces: IntArray, normals: FloatArray, clean: FloatArray, camera: OrthographicCamera, *, gain: float = 1.0, seed: int = 0
+    seen: Seen, faces: IntArray, normals: FloatArray, clean: FloatArray, camera: OrthographicCamera, *, seed: int = 0
 ) -> Continuation:
     """Continue a photo's clean colours (H, W, 3) over the surface that `camera` saw of it."""
+    import cv2
+
     labels, strange = label_surface(seen)
     vertices = np.asarray(seen.vertices, np.float64)
     exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange, spacing=SPACING)
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
-    own = seen.neighbors * (labels[seen.neighbors] == labels[:, None]) + np.arange(len(labels))[:, None] * (
-        labels[seen.neighbors] != labels[:, None]
-    )
-    place, continues = match_surface(exemplar, vertices, maps, seen.neighbors, np.where(labels == SHOES, 0, labels), known=seen.known, seed=seed)
-    import cv2
-
+    own = np.where(labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None])
+    # a shoe's heel is nothing like its laces
+    woven = np.where(labels == SHOES, 0, labels)
+    place, continues = match_surface(exemplar, vertices, maps, seen.neighbors, woven, known=seen.known, seed=seed)
     height, width = clean.shape[:2]
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
     nearest = _nearest_shown(exemplar, vertices)
@@ -105,7 +105,7 @@ def continue_photo(
     return Continuation(
         labels=labels, expected=_smooth(seen, labels, own, doubtful), doubtful=doubtful, neighbors=own, continues=continues,
         _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
-        _detail=np.asarray((clean - base) * gain, np.float32), _scale=camera.scale,
+        _detail=np.asarray(clean - base, np.float32), _scale=camera.scale,
     )  # fmt: skip
 
 

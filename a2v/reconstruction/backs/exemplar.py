@@ -10,8 +10,10 @@ from a2v.geometry.rays import RayScene
 from a2v.reconstruction.backs.labels import LOWER, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
-BROAD = 0.025
-"""Detail is what is finer than this, metres (sigma of a Gaussian); what is broader the network knows, or light and folds made it."""
+BROAD, FINE = 0.025, 0.014
+"""Detail is what is finer than this, metres (sigma of a Gaussian), on stuff with a pattern, and on plain stuff, whose broader changes are light and folds."""
+PATTERN = 0.036
+"""Stuff has a broad pattern if what lies between the two has this deviation; camouflage, checks and folds have up to .034, stripes of 8 cm more."""
 FAR = 0.05
 """What repeats does so at least this far away across the limb, metres."""
 
@@ -88,12 +90,19 @@ def make_exemplar(
     metre = grid.scale
     for kind in np.unique(label[label > 0]):
         own = label == kind
-        base[own] = _within(small, own, BROAD * metre)[own]
+        base[own] = _base(small, own, own & square, metre)[own]
         good = _inner(own & square, 0.012 * metre)
         odd = non_repeating(small, own & square, own & square & turned, metre) & own if kind in (UPPER, LOWER) else np.zeros_like(own)
         prints |= odd
         sources |= good & ~odd
     return Exemplar(grid, small, base, label, sources, prints)
+
+
+def _base(image: FloatArray, region: BoolArray, clear: BoolArray, metre: float) -> FloatArray:
+    """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it is `clear` (H, W)."""
+    broad, fine = _within(image, region, BROAD * metre), _within(image, region, FINE * metre)
+    between = (fine - broad)[clear]
+    return broad if len(between) and float(np.sqrt((between**2).mean())) > PATTERN else fine
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:
@@ -146,12 +155,12 @@ def non_repeating(image: FloatArray, region: BoolArray, turned: BoolArray, metre
     away, other = cKDTree(features[aside]).query(features, k=min(24, len(aside)), workers=1)
     beside = np.abs(columns[aside][other] - columns[:, None]) > FAR * metre
     rare = np.where(beside.any(axis=1), np.where(beside, away, np.inf).min(axis=1), away[:, -1])
-    odd = rare > max(2.5 * float(np.median(rare)), 18.0)
+    odd = (rare > max(2.5 * float(np.median(rare)), 18.0)) & ~turned[rows, columns]
     if odd.mean() > 0.45:
         return none
     marks = none.astype(np.uint8)
     marks[rows[odd], columns[odd]] = 1
     size = max(3, 2 * round(0.015 * metre) + 1)
-    return np.asarray(cv2.morphologyEx(marks, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8)) > 0) | (
-        cv2.dilate(marks, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) > 0
-    )
+    closed = cv2.morphologyEx(marks, cv2.MORPH_CLOSE, np.ones((size, size), np.uint8))
+    spread = cv2.dilate(marks, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
+    return np.asarray((closed | spread) > 0)

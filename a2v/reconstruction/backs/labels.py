@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +76,7 @@ class Seen:
 
     def on(self, *names: str) -> BoolArray:
         """Which vertices (V,) lie on the parts of these names."""
-        return np.isin(self.parts, [PARTS.index(name) for name in names])
+        return np.asarray(np.isin(self.parts, [PARTS.index(name) for name in names]))
 
 
 LIMBS: tuple[tuple[str, ...], ...] = (
@@ -98,7 +99,7 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
         shown = np.flatnonzero(own & known)
         if len(shown) >= 20:
             front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
-    return front
+    return np.asarray(front)
 
 
 def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
@@ -176,9 +177,11 @@ def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatA
     from scipy.cluster.vq import kmeans2
 
     none = np.zeros((0, 3)) if start is None else start
-    if len(lab) < 4 * count:
+    if len(lab) < 4 * count or lab.std(axis=0).max() < 1.0:
         return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
-    centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=12)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a palette may have fewer colours
+        centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=12)
     share = np.bincount(member, minlength=count) / len(member)
     return np.concatenate([none, centers[share > 0.08] / _SHADE])
 

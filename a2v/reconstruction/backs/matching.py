@@ -43,7 +43,7 @@ def match_surface(
     rounds : int
         Sweeps over the surface, there and back.
     height_weight : float
-        Cost of a centimetre of height, in units of the detail's variance.
+        Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5 cm.
     seed : int
     """
     home = exemplar.camera.project(vertices)
@@ -53,21 +53,20 @@ def match_surface(
     wanted = ~known & usable[labels]
     order = _from_known(vertices, known & (labels > 0), wanted)
     place = np.where(known[:, None], home, -1.0)
-    pools, starts = _pools(exemplar, len(usable))
-    detail = np.ascontiguousarray(exemplar.detail)
-    spread = np.array([_variance(detail, exemplar, kind) for kind in range(len(usable))])
-    metre = exemplar.camera.scale
-    run = compiled(_sweep)
-    generator = np.random.default_rng(seed)
-    arguments = (
-        detail, exemplar.labels.astype(np.int64), exemplar.sources, np.ascontiguousarray(vertices, np.float64),
-        np.ascontiguousarray(maps, np.float64), neighbors.astype(np.int64), labels.astype(np.int64),
-    )  # fmt: skip
+    detail, metre = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
+    leash = height_weight * np.array([_variance(detail, exemplar, kind) for kind in range(len(usable))])
+    maps = np.asarray(maps, np.float64)
+    steps = vertices[:, None] - vertices[neighbors]
+    ways = metre * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
+    pools = [np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] + 0.5 for kind in range(len(usable))]
+    run, generator = compiled(_sweep), np.random.default_rng(seed)
     for sweep in range(2 * rounds):
-        draws = generator.random((len(order), 8, 2))
         way = order if sweep % 2 == 0 else order[::-1]
-        reach = max(4.0, 0.25 * metre * 0.5**sweep)
-        run(*arguments, np.ascontiguousarray(way), place, home, pools, starts, spread, draws, metre, reach, height_weight)
+        tries = _tries(way, place, home, labels, pools, reach=max(4.0, 0.125 * metre * 0.5**sweep), generator=generator)
+        run(
+            detail, exemplar.labels.astype(np.int64), exemplar.sources, neighbors.astype(np.int64), ways, labels.astype(np.int64),
+            np.ascontiguousarray(way), place, home, tries, leash, metre,
+        )  # fmt: skip
     return place, wanted & (place[:, 0] >= 0)
 
 
@@ -76,11 +75,19 @@ def _variance(detail: FloatArray, exemplar: Exemplar, kind: int) -> float:
     return max(float((detail[own] ** 2).sum(axis=-1).mean()), 1e-6) if own.any() else 1.0
 
 
-def _pools(exemplar: Exemplar, count: int) -> tuple[IntArray, IntArray]:
-    """Places (n, 2), column and row, that each label may take detail from, one label after the other, and where each label's begin."""
-    found = [np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] for kind in range(count)]
-    starts = np.concatenate([[0], np.cumsum([len(part) for part in found])])
-    return np.ascontiguousarray(np.concatenate(found), np.int64).reshape(-1, 2), starts.astype(np.int64)
+def _tries(
+    order: IntArray, place: FloatArray, home: FloatArray, labels: IntArray, pools: list[FloatArray], *, reach: float, generator: np.random.Generator
+) -> FloatArray:  # fmt: skip
+    """Places (n, 10, 2) to try for the vertices of `order` (n,): their own, the mirrored one, five ever nearer to their own, three anywhere."""
+    own = place[order][:, None]
+    around = own + (2 * generator.random((len(order), 5, 2)) - 1) * (reach * 0.5 ** np.arange(5))[:, None]
+    around[place[order, 0] < 0] = -1.0
+    anywhere, draws = np.full((len(order), 3, 2), -1.0), generator.random((len(order), 3))
+    for kind, pool in enumerate(pools):
+        mine = labels[order] == kind
+        if len(pool):
+            anywhere[mine] = pool[(draws[mine] * len(pool)).astype(np.int64)]
+    return np.concatenate([own, home[order][:, None], around, anywhere], axis=1)
 
 
 def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> IntArray:
@@ -95,74 +102,50 @@ def _from_known(vertices: FloatArray, known: BoolArray, wanted: BoolArray) -> In
 
 
 def _sweep(
-    detail: Any, kinds: Any, sources: Any, vertices: Any, maps: Any, neighbors: Any, labels: Any, order: Any, place: Any, home: Any,
-    pools: Any, starts: Any, spread: Any, draws: Any, metre: float, reach: float, height_weight: float,
+    detail: Any, kinds: Any, sources: Any, neighbors: Any, ways: Any, labels: Any, order: Any, place: Any, home: Any, tries: Any,
+    leash: Any, metre: float,
 ) -> None:  # fmt: skip
-    """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by numba."""
+    """One pass of `match_surface` over `order`, which changes `place`. Plain loops: compiled by numba.
+
+    `ways` (V, N, 2) lead to each vertex from its neighbours, pixels; `tries` (n, K, 2) are places to try for each of `order`, those below 0
+    none; `leash` (labels,) is what a square centimetre of height costs.
+    """
     height, width = kinds.shape
-    count = neighbors.shape[1]
-    expected_u, expected_v = np.empty(count), np.empty(count)
-    tries_u, tries_v = np.empty(count + 12), np.empty(count + 12)
+    count, extra = neighbors.shape[1], tries.shape[1]
+    expected, candidates = np.empty((count, 2)), np.empty((count + extra, 2))
     for step in range(len(order)):
         i = order[step]
-        kind = labels[i]
         near = 0
         for slot in range(count):
             j = neighbors[i, slot]
-            if j == i or labels[j] != kind or place[j, 0] < 0:
+            if j == i or labels[j] != labels[i] or place[j, 0] < 0:
                 continue
-            x = y = 0.0
-            for axis in range(3):
-                away = vertices[i, axis] - vertices[j, axis]
-                x += 0.5 * (maps[i, 0, axis] + maps[j, 0, axis]) * away
-                y += 0.5 * (maps[i, 1, axis] + maps[j, 1, axis]) * away
-            expected_u[near], expected_v[near] = place[j, 0] + metre * x, place[j, 1] - metre * y
+            expected[near, 0], expected[near, 1] = place[j, 0] + ways[i, slot, 0], place[j, 1] + ways[i, slot, 1]
+            candidates[near] = expected[near]
             near += 1
-        tries = 0
-        if place[i, 0] >= 0:
-            tries_u[0], tries_v[0] = place[i, 0], place[i, 1]
-            tries = 1
-        for slot in range(near):
-            tries_u[tries], tries_v[tries] = expected_u[slot], expected_v[slot]
-            tries += 1
-        tries_u[tries], tries_v[tries] = home[i, 0], home[i, 1]
-        tries += 1
-        size = reach
-        for draw in range(5):
-            if place[i, 0] >= 0:
-                tries_u[tries] = place[i, 0] + (2 * draws[step, draw, 0] - 1) * size
-                tries_v[tries] = place[i, 1] + (2 * draws[step, draw, 1] - 1) * size
-                tries += 1
-            size *= 0.5
-        pool = starts[kind + 1] - starts[kind]
-        for draw in range(5, 8):
-            pick = starts[kind] + int(draws[step, draw, 0] * pool)
-            tries_u[tries], tries_v[tries] = pools[pick, 0] + 0.5, pools[pick, 1] + 0.5
-            tries += 1
+        candidates[near : near + extra] = tries[step]
         best, best_u, best_v = np.inf, place[i, 0], place[i, 1]
-        for attempt in range(tries):
-            u, v = tries_u[attempt], tries_v[attempt]
+        for attempt in range(near + extra):
+            u, v = candidates[attempt]
             column, row = int(np.floor(u)), int(np.floor(v))
             if column < 5 or row < 5 or column >= width - 5 or row >= height - 5:
                 continue
-            if not sources[row, column] or kinds[row, column] != kind:
+            if not sources[row, column] or kinds[row, column] != labels[i]:
                 continue
-            cost = height_weight * spread[kind] * ((v - home[i, 1]) / metre * 100.0) ** 2 / (1.0 + ((v - home[i, 1]) / metre * 20.0) ** 2)
-            terms = 0
-            total = 0.0
+            lift = 100.0 * (v - home[i, 1]) / metre
+            cost = leash[labels[i]] * lift * lift / (1.0 + 0.04 * lift * lift)
+            terms, total = 0, 0.0
             for slot in range(near):
-                other_u, other_v = int(np.floor(expected_u[slot])), int(np.floor(expected_v[slot]))
-                if other_u < 5 or other_v < 5 or other_u >= width - 5 or other_v >= height - 5:
-                    continue
-                if kinds[other_v, other_u] != kind:
+                x, y = int(np.floor(expected[slot, 0])), int(np.floor(expected[slot, 1]))
+                if x < 5 or y < 5 or x >= width - 5 or y >= height - 5 or kinds[y, x] != labels[i]:
                     continue
                 terms += 1
-                if other_u == column and other_v == row:
+                if x == column and y == row:
                     continue
                 for dy in range(-4, 5, 2):
                     for dx in range(-4, 5, 2):
                         for channel in range(3):
-                            gap = detail[row + dy, column + dx, channel] - detail[other_v + dy, other_u + dx, channel]
+                            gap = detail[row + dy, column + dx, channel] - detail[y + dy, x + dx, channel]
                             total += gap * gap
             if terms:
                 cost += total / (25.0 * terms)

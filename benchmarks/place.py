@@ -19,7 +19,7 @@ from a2v.perception import decode_photo
 from a2v.perception.paint_out import in_photo
 from a2v.rendering import Renderer
 from a2v.rendering.place import Place, square, square_mask, without_light
-from a2v.types import Character, RenderSettings, Subject
+from a2v.types import Character, RenderSettings, Subject, Surface
 from pipelines.graph import video_graph
 from pipelines.inputs import video_parameters
 from pipelines.run import run
@@ -34,11 +34,12 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     store = Store()
     started = time.process_time()
     parameters = video_parameters(store, photo, "Walk", render=RenderSettings(size=size))
-    outcome = run(["place", "character", "subject"], graph=video_graph(), store=store, **parameters)
+    outcome = run(["place", "shown", "character", "subject"], graph=video_graph(), store=store, **parameters)
     place, person, subject = (outcome.get(name, kind) for name, kind in (("place", Place), ("character", Character), ("subject", Subject)))
+    surface = without_light(outcome.get("shown", Surface), place.light)
     seconds = time.process_time() - started
-    vertices = person.surface.vertices + photo_to_world(person.body).astype(np.float32)
-    renderer = Renderer(without_light(person.surface, place.light), RenderSettings(size=size, background="image"), scene=place.scene, backdrop=place.picture)
+    vertices = person.surface.vertices + photo_to_world(person.body).astype(np.float32) + place.moved
+    renderer = Renderer(surface, RenderSettings(size=size, background="image"), scene=place.scene, backdrop=place.picture)
     covered = renderer.mask(vertices, place.camera)
     picture = renderer.render(vertices, place.camera).astype(np.float32)
     seen, frame = square(decode_photo(photo.read_bytes())[..., :3])
@@ -49,7 +50,7 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     overlap = (shown & wanted).sum() / (shown | wanted).sum()
     psnr = 10 * np.log10(255**2 / np.mean((picture[both] - seen[both].astype(np.float32)) ** 2))
     rows = np.flatnonzero((mask > 0.5).any(axis=1))
-    soles = place.camera.project(vertices[vertices[:, 1].argmin()], size)[1]
+    soles = place.camera.project(vertices, size)[:, 1].max()
     if sheets is not None:
         with atomic_path(sheets / f"{photo.stem}.png") as temporary:
             empty = cv2.resize(place.picture, (size, size), interpolation=cv2.INTER_AREA)

@@ -78,6 +78,7 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]"),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
+        Step(reconstruction.shown, "shown"),
         Step(place.place, "place"),
         Step(place.placed, "placed", "posed[t] -> placed[t]"),
         Step(place.photo_clip, "photo_clip"),

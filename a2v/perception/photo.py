@@ -22,6 +22,9 @@ MAX_PIXELS = 60_000_000
 MAX_BYTES = 512 << 20
 """Largest encoded photo, bytes."""
 
+_EXIF, _FOCAL_35, _FOCAL = 0x8769, 0xA405, (8.0, 1200.0)
+"""EXIF's own directory, its tag FocalLengthIn35mmFilm, and lengths that there are, millimetres."""
+
 _FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
 """Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old Pillows have no AVIF."""
 
@@ -52,6 +55,20 @@ def decode_photo(data: bytes, name: str = "photo") -> ByteArray:
     if pixels.shape[2] == 4 and (pixels[..., 3] == 255).all():
         pixels = pixels[..., :3]
     return np.ascontiguousarray(pixels)
+
+
+def focal_length(data: bytes) -> float | None:
+    """The focal length that an encoded photo's EXIF data tell, as for 35 mm film, millimetres; None where they tell none that can be."""
+    from PIL import Image
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            with Image.open(io.BytesIO(data)) as image:
+                told = float(image.getexif().get_ifd(_EXIF).get(_FOCAL_35) or 0)
+        except Exception:  # Pillow raises many kinds for damaged tags; a photo is one without them too
+            return None
+    return told if _FOCAL[0] <= told <= _FOCAL[1] else None
 
 
 def decode_mask(data: bytes, name: str = "mask") -> FloatArray:

@@ -17,6 +17,7 @@ from a2v.reconstruction.backs import Continuation, Seen, continue_photo, seen_be
 from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
+from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
@@ -41,6 +42,8 @@ class ColorSettings:
         Width and height of the texture, texels; 0 for vertex colours alone.
     synthesis : bool
         Continue what the photo shows of cloth, hair and skin over the unseen side (`a2v.reconstruction.backs`); otherwise Eq. 14 alone.
+    delight : bool
+        Take the photo's shading out of its colours (`a2v.reconstruction.shading`), so that they can be lit again.
     """
 
     lambda_nn: float = 1.0
@@ -49,6 +52,7 @@ class ColorSettings:
     band: float = 0.015
     texture: int = 2048
     synthesis: bool = True
+    delight: bool = True
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lambda_nn) and self.lambda_nn > 0):
@@ -91,8 +95,8 @@ def color_surface(
     Returns
     -------
     Surface
-        With `colors`, `visible`, and `uv` and `texture` unless ``settings.texture`` is 0. `provenance["eq14"]` reports iterations, residual
-        and objective.
+        With `colors` (albedo, in light as bright as the photo's), `visible`, and `uv` and `texture` unless ``settings.texture`` is 0.
+        `provenance["eq14"]` reports iterations, residual and objective.
 
     Raises
     ------
@@ -113,6 +117,9 @@ def color_surface(
     report(1, 4)
 
     colors = photo.patch_colors(vertices, faces)
+    if settings.delight:
+        photo.clean = photo_without_shading(photo.clean, camera, vertices, faces, normals, colors=colors, seen=known)
+        colors = photo.patch_colors(vertices, faces)
     paint = face_paint(surface, photo.clean)
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors

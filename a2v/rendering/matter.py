@@ -15,7 +15,7 @@ import numpy as np
 from a2v.face import FACE_KINDS
 from a2v.geometry.colors import srgb_to_linear
 from a2v.geometry.mesh import evened
-from a2v.types import FloatArray, Surface
+from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 EYE = 2.0
 """The mark of a wet surface; skin is 1, anything else 0."""
@@ -29,35 +29,69 @@ _LIFT = 0.004
 _ROUGH, _CLEAR = 0.22, 0.07
 """Widths of the lobes of skin and eyes (GGX's alpha)."""
 
+_LEAST, _SHARE = 50, 0.15
+"""Vertices that must look like skin, and what part of those that mostly do."""
+
+_RED, _BLUE = (0.1, 1.3), (-1.6, 0.05)
+"""What the logarithms of red and of blue over green are on skin of any colour, in white light or nearly so."""
+
 _FRESNEL = 0.028
 """Reflectance of skin and eyes face on (index of refraction 1.4)."""
 
 
-def matter_of(surface: Surface) -> FloatArray | None:
-    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where no face says what its skin looks like.
+def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | None:
+    """What each vertex is, (V,) float32: `EYE`, or how surely it is skin, 0 to 1. None where nothing says what its skin looks like.
 
     Skin is what has the colour of the face: its ratios of red, green and blue within what they vary by on the face, as bright as the face
-    in the light or in the shade; evened out over neighbours.
+    in the light or in the shade; evened out over neighbours. Without a face of the body's own, the seen ones of the `bare` vertices that have
+    a colour that skin can have stand for it.
+
+    Parameters
+    ----------
+    surface : Surface
+    bare : (V,) bool, optional
+        Where people mostly show their skin: vertices of head and hands.
     """
-    face = surface.face
-    if face is None:
-        return None
-    kinds = np.array(FACE_KINDS)[face.kinds]
-    sure = face.patch[kinds == "skin"]
-    if len(sure) < 50:
-        return None
     linear = np.maximum(srgb_to_linear(surface.colors.astype(np.float64)), 2e-3)
     ratio = np.log(linear[:, [0, 2]] / linear[:, 1:2])
     bright = np.log(linear @ (0.2126, 0.7152, 0.0722))
+    face = surface.face
+    if face is not None:
+        kinds = np.array(FACE_KINDS)[face.kinds]
+        sure = face.patch[kinds == "skin"]
+    else:
+        sure = _skin_of(surface, ratio, bright, bare)
+    if len(sure) < _LEAST:
+        return None
     middle, usual = np.median(ratio[sure], axis=0), float(np.median(bright[sure]))
     spread = np.maximum(1.48 * np.median(np.abs(ratio[sure] - middle), axis=0), 0.17)
     off = np.hypot(*((ratio - middle) / spread).T)
     like = np.exp(-0.5 * np.maximum(off - 1, 0) ** 2) * ((bright > usual - 1.3) & (bright < usual + 1.6))
     like = np.clip(2 * evened(surface.faces, like, 6) - 0.5, 0, 1)
+    if face is None:
+        return np.asarray(like, np.float32)
     like[sure] = np.maximum(like[sure], 0.9 * (bright[sure] > usual - 1.3))  # hair may hang into the face
     for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
         like[face.patch[kinds == kind]] = value
     return np.asarray(like, np.float32)
+
+
+def _skin_of(surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None) -> IntArray:
+    """The seen vertices (n,) among the `bare` ones (V,) of a colour that skin can have: neither hair, which is darker, nor gloves; none if they are few.
+
+    `ratio` (V, 2) are the logarithms of red and blue over green, `bright` (V,) that of the luminance.
+    """
+    none = np.zeros(0, np.int64)
+    if bare is None:
+        return none
+    looked = bare if surface.visible is None else bare & surface.visible
+    can = (ratio[:, 0] > _RED[0]) & (ratio[:, 0] < _RED[1]) & (ratio[:, 1] > _BLUE[0]) & (ratio[:, 1] < _BLUE[1])
+    found = np.flatnonzero(looked & can)
+    if len(found) < max(_LEAST, _SHARE * looked.sum()):
+        return none
+    # of skin and brown hair, skin is the brighter and the redder one
+    light = found[bright[found] > np.quantile(bright[found], 0.9) - 1.0]
+    return light if len(light) >= _LEAST else none
 
 
 @dataclass(frozen=True, kw_only=True)

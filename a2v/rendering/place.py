@@ -1,4 +1,4 @@
-"""The place of the photo: its camera in the world, and lights under which the person looks there as in the photo."""
+"""The place of the photo, and lights under which the person looks there as in the photo."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.geometry.images import nearest_known
 from a2v.geometry.mesh import evened, vertex_normals
@@ -16,11 +15,7 @@ from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.renderer import Renderer
 from a2v.rendering.scene import SceneSettings
-from a2v.types import ByteArray, FloatArray, OrthographicCamera, RenderSettings, Subject, Surface
-
-FOV = 5.0
-"""Degrees that the photo's longer side is taken to span. The person was reconstructed as an orthographic camera sees; from a camera that is
-far away it looks nearly so, and still grows when it comes nearer. (What other angles give: docs/rendering.md.)"""
+from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 
 _DARKEST = 0.3
 """Least light that colours are divided by."""
@@ -41,7 +36,9 @@ class Place(Record):
     picture : (S, S, 3) uint8
         sRGB: what the camera sees without the person, the photo in its middle.
     camera : ViewCamera
-        Square; level.
+        Square, around the photo (`a2v.rendering.viewpoint`).
+    moved : (V, 3) float32
+        What brings the person's vertices in the photo's pose to where this camera sees them as the photo does.
     scene : SceneSettings
         Lights.
     frame : tuple of 4 int
@@ -52,51 +49,16 @@ class Place(Record):
 
     picture: ByteArray
     camera: ViewCamera
+    moved: FloatArray
     scene: SceneSettings
     frame: tuple[int, ...]
     light: FloatArray
 
     def __post_init__(self) -> None:
         self._check("picture", ("S", "S", 3))
-        self._check("light", ("V", 3))
-
-
-def photo_camera(subject: Subject, camera: OrthographicCamera, surface: Surface, offset: FloatArray, *, fov: float = FOV) -> ViewCamera:
-    """The level perspective camera that sees the plane of what the photo shows of the person, its middle, as the photo does.
-
-    Parameters
-    ----------
-    subject : Subject
-    camera : OrthographicCamera
-        Of the fit, in pixels of the subject's crop.
-    surface : Surface
-        The person in the frame of `camera`.
-    offset : (3,)
-        From the frame of `camera` to the world, where the root is over the origin (`a2v.animation.photo_to_world`).
-    fov : float
-        Of the photo's longer side, degrees.
-
-    Raises
-    ------
-    InputError
-        `fov` is not in (0, 120).
-    """
-    if not 0 < fov < 120:
-        raise InputError(f"the photo's field of view is {fov}; expected degrees in (0, 120)")
-    left, top, right, _ = subject.crop
-    ratio = (right - left) / subject.image.shape[1]  # pixels of the photo in one of the crop
-    middle = (np.array(subject.photo_size) / 2 - (left, top)) / ratio
-    place = camera.unproject(middle, _seen_depth(surface)) + offset
-    distance = max(subject.photo_size) / 2 / (ratio * camera.scale * np.tan(np.radians(fov) / 2))
-    x, y, z = (float(value) for value in place)
-    return ViewCamera(origin=(x, y, z + distance), target=(x, y, z), fov=fov)
-
-
-def _seen_depth(surface: Surface) -> float:
-    """Mean z of what faces the camera, as large as the picture shows it."""
-    corners = surface.vertices[surface.faces].astype(np.float64)
-    facing = np.maximum(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2], 0)
-    return float((facing * corners[..., 2].mean(axis=1)).sum() / max(float(facing.sum()), 1e-12))
+        sizes: dict[str, int] = {}
+        self._check("light", ("V", 3), sizes)
+        self._check("moved", ("V", 3), sizes)
 
 
 def square(photo: ByteArray) -> tuple[ByteArray, tuple[int, int, int, int]]:

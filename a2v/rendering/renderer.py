@@ -19,7 +19,7 @@ from a2v.rendering.region import boxes, region
 from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
 from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
-from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
+from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +62,8 @@ class Renderer:
         More Mitsuba objects, or replacements of the stage's ("ground": None takes it away).
     backdrop : (H, W, 3) uint8 or None
         The sRGB picture for the background "image"; its middle is shown, scaled to fill the frame.
+    bare : (V,) bool or None
+        Vertices of head and hands: what of them looks like skin stands for skin where the surface has no face (`matter_of`).
 
     Raises
     ------
@@ -78,6 +80,7 @@ class Renderer:
         bsdf: dict[str, Any] | None = None,
         extra: dict[str, Any] | None = None,
         backdrop: ByteArray | None = None,
+        bare: BoolArray | None = None,
     ) -> None:
         if len(surface.faces) == 0:
             raise InputError("the surface has no faces to render")
@@ -96,7 +99,7 @@ class Renderer:
         person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
         self._main = self._scene(mi, {"person": person, **objects})
         own = bsdf is None and not extra and self.variant.startswith("llvm")  # what the tracer knows; all else is Mitsuba's
-        matter = matter_of(surface) if own and scene.gloss else None
+        matter = matter_of(surface, bare) if own and scene.gloss else None
         of_faces = None if matter is None else np.median(matter[surface.faces], axis=1)
         self._tracer = Tracer(mi, self._main.scene, person, scene, of_faces) if own else None
         self._alone: _Shown | None = None

@@ -175,7 +175,8 @@ def draw_scene(
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
     scale = settings.fill * PHOTO_SIZE / float((most - least).max()) / factor
     vertices = (factor * (seen - origin)).astype(np.float32)
-    colors, made = dataclasses.replace(plain, texture=texture).vertex_colors(), {"avatar": plain.name, "pose": name}
+    colors = dataclasses.replace(plain, texture=texture).vertex_colors()
+    made = {"avatar": plain.name, "pose": name, "camera_height": frame.height, "camera_distance": frame.over_floor}
     surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=texture, provenance=made)
     return Scene(
         surface=surface,

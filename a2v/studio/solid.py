@@ -225,6 +225,16 @@ class PhotoFrame:
         x /= np.linalg.norm(x)
         return cls(np.stack([x, np.cross(z, x), z]), np.asarray(middle, np.float64), reach)
 
+    @property
+    def height(self) -> float:
+        """Of the camera over the floor, metres."""
+        return float(self.middle[1] + self.distance * self.axes[2, 1])
+
+    @property
+    def over_floor(self) -> float:
+        """From the camera to `middle`, measured over the floor, metres."""
+        return float(self.distance * self.axes[1, 1])
+
     def warp(self, points: FloatArray) -> FloatArray:
         """Points (..., 3) of the world in the frame, float64."""
         local = (points.astype(np.float64) - self.middle) @ self.axes.T

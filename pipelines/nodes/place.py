@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from a2v.rendering.place import Place
-from a2v.types import Character, OrthographicCamera, RenderSettings, Subject
-from pipelines.memo import memo
+from a2v.types import Character, OrthographicCamera, RenderSettings, Subject, Surface
+from pipelines.memo import measure, memo
 from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 from pipelines.store import Ref, current, get, put
@@ -21,38 +21,55 @@ _TRIAL = 256
 
 @memo()
 def place(
-    photo: Ref[Blob], subject: Ref[Subject], photo_camera: Ref[OrthographicCamera], character: Ref[Character], look: Ref[RenderSettings]
+    photo: Ref[Blob],
+    subject: Ref[Subject],
+    photo_camera: Ref[OrthographicCamera],
+    character: Ref[Character],
+    shown: Ref[Surface],
+    look: Ref[RenderSettings],
 ) -> Ref[Place]:
     """Paint the person out of the photo, find its camera, and lights under which the character looks as in the photo."""
     from a2v.animation.entrance import photo_to_world
+    from a2v.body.parts import PARTS
     from a2v.perception import decode_photo
     from a2v.perception.paint_out import in_photo, paint_out
+    from a2v.perception.photo import focal_length
     from a2v.rendering.place import estimate_light, exposed, light_on, square
-    from a2v.rendering.place import photo_camera as camera_of
+    from a2v.rendering.viewpoint import find_viewpoint, perspective_camera, soles_slope, told_distance
 
-    person, found = load_character(current().address, character), get(subject, Subject)
-    pixels = decode_photo(bytes(get(photo, Blob)))[..., :3]
-    mask = in_photo(found.mask, found.crop, found.photo_size)
+    person, found, flat = load_character(current().address, character), get(subject, Subject), get(photo_camera, OrthographicCamera)
+    data = bytes(get(photo, Blob))
+    picture, frame = square(paint_out(decode_photo(data)[..., :3], in_photo(found.mask, found.crop, found.photo_size)))
+    focal = focal_length(data)
+    feet = [person.parts == PARTS.index(name) for name in ("left_foot", "right_foot")]
+    viewpoint = find_viewpoint(soles_slope(person.surface, feet), told=None if focal is None else told_distance(focal, found, flat))
+    measure({"slope": viewpoint.slope, "distance": viewpoint.distance, "height": viewpoint.height})
     offset = photo_to_world(person.body)
-    camera = camera_of(found, get(photo_camera, OrthographicCamera), person.surface, offset)
-    picture, frame = square(paint_out(pixels, mask))
-    vertices = person.surface.vertices + offset.astype(np.float32)
+    camera, moved = perspective_camera(found, flat, person.surface.vertices, offset, viewpoint)
+    surface, vertices = get(shown, Surface), person.surface.vertices + offset.astype(np.float32) + moved
     trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, aspect="1:1")
-    scene = estimate_light(person.surface)
-    scene = exposed(scene, 1 / light_on(person.surface, vertices, camera, scene, trial).mean(axis=0))
-    light = light_on(person.surface, vertices, camera, scene, dataclasses.replace(trial, size=2 * _TRIAL))
-    return put(Place(picture=picture, camera=camera, scene=scene, frame=frame, light=light))
+    scene = estimate_light(surface)
+    scene = exposed(scene, 1 / light_on(surface, vertices, camera, scene, trial).mean(axis=0))
+    light = light_on(surface, vertices, camera, scene, dataclasses.replace(trial, size=2 * _TRIAL))
+    return put(Place(picture=picture, camera=camera, moved=moved, scene=scene, frame=frame, light=light))
 
 
 @memo()
-def placed(character: Ref[Character], posed: Ref[Vertices], place: Ref[Place], look: Ref[RenderSettings]) -> Ref[Image]:
+def placed(
+    character: Ref[Character], shown: Ref[Surface], posed: Ref[Vertices], place: Ref[Place], look: Ref[RenderSettings]
+) -> Ref[Image]:
     """Render one frame in the photo's place."""
-    renderer = _renderer(current().address, character, place, look)
-    return put(Image.of(renderer.render(get(posed, Vertices).vertices, get(place, Place).camera)))
+    from a2v.animation.entrance import photo_to_world
+    from a2v.rendering.viewpoint import as_seen
+
+    renderer, where = _renderer(current().address, shown, place, look), get(place, Place)
+    person = load_character(current().address, character)
+    start = person.surface.vertices + photo_to_world(person.body).astype(np.float32)
+    return put(Image.of(renderer.render(as_seen(get(posed, Vertices).vertices, start, where.moved), where.camera)))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, character: Ref[Character], place: Ref[Place], look: Ref[RenderSettings]) -> Any:
+def _renderer(address: str, shown: Ref[Surface], place: Ref[Place], look: Ref[RenderSettings]) -> Any:
     """The scene, kept for the frames that follow in the same process."""
     from a2v.rendering import Renderer
     from a2v.rendering.place import without_light
@@ -61,8 +78,7 @@ def _renderer(address: str, character: Ref[Character], place: Ref[Place], look: 
     store = Store(address)
     settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image", aspect="1:1")
     where = store.get(place, Place)
-    surface = without_light(load_character(address, character).surface, where.light)
-    return Renderer(surface, settings, scene=where.scene, backdrop=where.picture)
+    return Renderer(without_light(store.get(shown, Surface), where.light), settings, scene=where.scene, backdrop=where.picture)
 
 
 @memo()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from a2v.reconstruction import ColorSettings, FaceSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
@@ -40,3 +42,15 @@ def colored(
 
     person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))
+
+
+@memo()
+def shown(
+    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+) -> Ref[Surface]:
+    """As `colored`, but with the photo's shading left in: what looks as in the photo without any light."""
+    from a2v.reconstruction.backends import color_by_photo
+
+    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
+    lit = dataclasses.replace(color, delight=False)
+    return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=lit, progress=progress()))

@@ -66,14 +66,16 @@ def frame(
 @functools.lru_cache(maxsize=1)
 def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None, scene: SceneSettings) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
+    from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
     from pipelines.store import Store
 
     settings = threaded(Store(address).get(look, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
-    surface = load_character(address, character).surface
-    return Renderer(surface, settings, scene, backdrop=picture)
+    person = load_character(address, character)
+    bare = np.isin(person.parts, [PARTS.index(part) for part in ("head", "left_hand", "right_hand")])
+    return Renderer(person.surface, settings, scene, backdrop=picture, bare=bare)
 
 
 def threaded(settings: RenderSettings) -> RenderSettings:

@@ -8,6 +8,7 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.perception import decode_mask, decode_photo
+from a2v.perception.photo import focal_length
 
 
 def encode(image: Image.Image, kind: str = "PNG", **options: object) -> bytes:
@@ -43,6 +44,16 @@ def test_exif_orientation_is_applied(ramp: np.ndarray, orientation: int) -> None
     exif[0x0112] = orientation
     data = encode(Image.fromarray(np.ascontiguousarray(undo(ramp))), exif=exif)
     assert np.array_equal(decode_photo(data), ramp)
+
+
+def test_the_focal_length_is_read_where_there_is_one(ramp: np.ndarray) -> None:
+    exif = Image.Exif()
+    exif[0x8769] = {0xA405: 26}
+    assert focal_length(encode(Image.fromarray(ramp), exif=exif)) == 26
+    assert focal_length(encode(Image.fromarray(ramp))) is None
+    exif[0x8769] = {0xA405: 0}  # what cameras write that do not know
+    assert focal_length(encode(Image.fromarray(ramp), exif=exif)) is None
+    assert focal_length(b"no picture") is None
 
 
 def test_sixteen_bit_grey_keeps_its_tones() -> None:

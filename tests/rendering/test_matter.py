@@ -49,6 +49,24 @@ def test_skin_is_what_looks_as_the_face_does() -> None:
     assert matter_of(block()) is None
 
 
+def test_without_a_face_head_and_hands_say_what_skin_looks_like() -> None:
+    plain = block()
+    colors = np.where(plain.vertices[:, :1] > 0, [0.82, 0.6, 0.47], [0.2, 0.3, 0.7]).astype(np.float32)
+    hair = (plain.vertices[:, 0] > 0) & (plain.vertices[:, 1] > 1.6)
+    colors[hair] = [0.12, 0.08, 0.06]
+    surface = dataclasses.replace(plain, colors=colors)
+    bare = plain.vertices[:, 1] > 0.8  # the upper end, of skin, hair and cloth
+    found = matter_of(surface, bare)
+    assert found is not None
+    inner = np.abs(plain.vertices[:, 0]) > 0.1
+    low, skin = plain.vertices[:, 1] < 1.4, plain.vertices[:, 0] > 0
+    assert found[inner & skin & low].min() > 0.6
+    assert found[inner & ~skin].max() < 0.05
+    assert np.median(found[inner & hair & (plain.vertices[:, 1] > 1.75)]) < 0.2  # the mesh is coarse, and evened
+    blue = dataclasses.replace(surface, colors=np.tile(np.float32([0.2, 0.3, 0.7]), (len(colors), 1)))
+    assert matter_of(blue, bare) is None  # gloves and a mask
+
+
 def test_the_soft_falloff_keeps_the_lights_sum() -> None:
     mi = activate("llvm_ad_rgb") if Renderer(block(), SETTINGS).variant.startswith("llvm") else pytest.skip("needs LLVM")
     cosine = mi.Float(np.linspace(-1, 1, 20001).astype(np.float32))

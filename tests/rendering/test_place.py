@@ -1,4 +1,4 @@
-"""The photo's place: camera, lights, frame."""
+"""The photo's place: lights, frame."""
 
 from __future__ import annotations
 
@@ -8,50 +8,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.mesh import vertex_normals
 from a2v.rendering import Renderer, SceneSettings, ViewCamera
-from a2v.rendering.place import DIRECTED, estimate_light, exposed, light_on, photo_camera, square, without_light
-from a2v.types import OrthographicCamera, RenderSettings, Subject, Surface
-
-CAMERA = OrthographicCamera(scale=100.0, center_u=90.0, center_v=230.0)
-
-
-def subject(crop=(-20, 40, 160, 300), photo_size=(400, 360)) -> Subject:
-    height, width = crop[3] - crop[1], crop[2] - crop[0]
-    return Subject(
-        image=np.zeros((height, width, 3), np.uint8), mask=np.zeros((height, width), np.float32), keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.full((33, 3), np.nan, np.float32), crop=crop, photo_size=photo_size,
-    )  # fmt: skip
+from a2v.rendering.place import DIRECTED, estimate_light, exposed, light_on, square, without_light
+from a2v.types import RenderSettings, Surface
 
 
 def board(depth: float) -> Surface:
     """A square metre that faces the camera at z = `depth`."""
     corners = np.float32([[0, 0, depth], [1, 0, depth], [1, 1, depth], [0, 1, depth]])
     return Surface(vertices=corners, faces=np.int32([[0, 1, 2], [0, 2, 3]]), colors=np.zeros((4, 3), np.float32))
-
-
-@pytest.mark.parametrize("fov", [8.0, 30.0])
-def test_the_seen_plane_stands_where_the_photo_shows_it(fov):
-    offset = np.array([0.3, 0.1, -0.4])
-    camera = photo_camera(subject(), CAMERA, board(0.25), offset, fov=fov)
-    points = np.float32([[0, 0, 0.25], [0.7, 1.8, 0.25], [-0.4, 0.9, 0.25]])
-    in_photo = CAMERA.project(points) + np.array([-20, 40])
-    in_square = in_photo + np.array([0, 20])  # the photo lies in the middle of a square of 400
-    np.testing.assert_allclose(camera.project(points + offset, 400), in_square, atol=1e-3)
-    nearer = camera.project(points + offset + np.array([0, 0, 0.5]), 400)
-    assert np.ptp(nearer, axis=0).min() > np.ptp(in_square, axis=0).min()  # it grows when it comes nearer
-
-
-def test_a_crop_that_was_reduced_counts_in_the_photos_pixels():
-    whole = subject()
-    half = dataclasses.replace(whole, image=whole.image[::2, ::2], mask=whole.mask[::2, ::2])
-    reduced = OrthographicCamera(scale=50.0, center_u=45.0, center_v=115.0)
-    zero = np.zeros(3)
-    np.testing.assert_allclose(photo_camera(half, reduced, board(0), zero).origin, photo_camera(whole, CAMERA, board(0), zero).origin)
-    with pytest.raises(InputError, match="field of view"):
-        photo_camera(whole, CAMERA, board(0), zero, fov=180)
 
 
 @pytest.mark.parametrize("shape", [(50, 80), (80, 50), (60, 60)])

@@ -123,8 +123,9 @@ def _grouped(colors: FloatArray) -> IntArray:
     from scipy.cluster.vq import kmeans2
     from skimage.color import rgb2lab
 
-    lab = rgb2lab(colors) * np.array([_LIGHTNESS, 1, 1])
-    _, group = kmeans2(lab, _STUFFS, minit="++", iter=20, seed=0)
+    lab = np.round(rgb2lab(colors) * np.array([_LIGHTNESS, 1, 1]), 1)
+    count = min(_STUFFS, len(np.unique(lab, axis=0)))  # it cannot make more groups than there are colours
+    _, group = kmeans2(lab, count, minit="++", iter=20, seed=0)
     return np.asarray(np.unique(group, return_inverse=True)[1]).ravel()
 
 

@@ -176,6 +176,9 @@ class Subject(Record):
         What the user should know (feet outside the photo, sideways person...).
     face : (478, 3) float32 or None
         Mediapipe's landmarks of the face: u, v and depth in pixels of `image`, larger is nearer; None where no face was seen.
+    hands : (2, 21, 4) float32 or None
+        Mediapipe's landmarks of the left and the right hand: u, v and depth (larger is nearer, 0 at the wrist) in pixels of `image`, and 1 where
+        that hand was seen, else 0; None where neither was.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -188,6 +191,7 @@ class Subject(Record):
     photo_size: tuple[int, ...]
     warnings: tuple[str, ...] = ()
     face: FloatArray | None = None
+    hands: FloatArray | None = None
 
     def __post_init__(self) -> None:
         self._check("image", (None, None, 3))
@@ -195,6 +199,7 @@ class Subject(Record):
         self._check("keypoints", (33, 3))
         self._check("keypoints_3d", (33, 3))
         self._check("face", (478, 3))
+        self._check("hands", (2, 21, 4))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,6 +220,8 @@ class Surface(Record):
         sRGB; goes with `uv`. Row 0 is the top (v = 1).
     visible : (V,) bool or None
         Whether the photo's camera saw the vertex.
+    twins : (V,) int32 or None
+        The fitted body's vertex that each is, -1 for none: hands are the body's own.
     face : Face or None
         Its expressions, where the photo shows a face from before.
     """
@@ -225,6 +232,7 @@ class Surface(Record):
     uv: FloatArray | None = None
     texture: ByteArray | None = None
     visible: BoolArray | None = None
+    twins: IntArray | None = None
     face: Face | None = None
 
     def __post_init__(self) -> None:
@@ -236,6 +244,7 @@ class Surface(Record):
             raise InputError("Surface needs both uv and texture, or neither")
         self._check("uv", ("F", 3, 2), sizes)
         self._check("visible", ("V",), sizes)
+        self._check("twins", ("V",), sizes, least=-1)
         if self.face is not None:
             self.face.check_vertices(sizes["V"])
 

@@ -67,6 +67,7 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(body.photo_body, ("photo_body", "photo_camera")),
         Step(reconstruction.surface, "surface"),
         Step(body.body, "body"),
+        Step(reconstruction.handed, "handed"),
         Step(reconstruction.faced, "faced"),
         Step(reconstruction.colored, "colored"),
         Step(animation.character, "character"),

@@ -20,7 +20,7 @@ from a2v.io import clear_leftovers, read_bytes
 from a2v.kinematics.resample import SHOWN_FPS
 from a2v.motion.edit import Edit
 from a2v.perception import PerceptionSettings
-from a2v.reconstruction import ColorSettings, FaceSettings, ImplicitSettings, PapersSettings, SurfaceSettings
+from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings, ImplicitSettings, PapersSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, SETTINGS, BackendSettings
 from a2v.rendering.looks import LOOKS
 from a2v.rendering.scene import SceneSettings
@@ -190,6 +190,7 @@ class CharacterStages:
     fit: FitSettings = settings(FitSettings)
     implicit: ImplicitSettings = settings(ImplicitSettings)
     shape: SurfaceSettings = settings(SurfaceSettings)
+    hands: HandSettings = settings(HandSettings)
     face: FaceSettings = settings(FaceSettings)
     color: ColorSettings = settings(ColorSettings)
     bind: BindSettings = settings(BindSettings)
@@ -207,7 +208,7 @@ class CharacterStages:
         """Each stage's settings by the name that the graph has for them."""
         shapes: dict[str, BackendSettings] = {"pifu": self.implicit, "body-prior": self.shape, "papers": self.papers}
         known = {"perception": self.perception, "fit": self.fit, "shape": _with_digest(shapes[self.backend])}
-        return {**known, "face": self.face, "color": self.color, "bind": self.bind}
+        return {**known, "hands": self.hands, "face": self.face, "color": self.color, "bind": self.bind}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
-from a2v.types import Body, Character, Face, FloatArray, IntArray, Surface
+from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
        touches the hip belongs to what its own surface leads to. Known `parts` skip this.
     3. The cheapest body vertex *of that part* is the anchor (paper, Eq. 19).
     4. Skinning weights come from the anchors and are smoothed by a diffusion that trusts close, agreeing vertices and lets
-       loose ones follow; the four largest are kept. Vertices of ``surface.face`` that are the body's own keep its weights.
+       loose ones follow; the four largest are kept. Vertices that are the body's own (``surface.twins``, ``surface.face``) keep its weights.
 
     Parameters
     ----------
@@ -122,12 +122,21 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         parts=present[chosen].astype(np.int8),
         provenance={"bind": {name: getattr(settings, name) for name in settings.__dataclass_fields__}},
     )
-    return bound if surface.face is None else _with_twins(bound, surface.face)
+    return _with_own_parts(bound)
 
 
-def _with_twins(character: Character, face: Face) -> Character:
-    """The character with the body's own weights where its surface is the body's."""
-    body, own, twins = character.body, face.patch, face.twins
+def _with_own_parts(character: Character) -> Character:
+    """The character with the body's own weights on the hands and the face that are the body's."""
+    surface = character.surface
+    if surface.twins is not None:
+        own = np.flatnonzero(surface.twins >= 0)
+        character = _with_twins(character, own, surface.twins[own])
+    return character if surface.face is None else _with_twins(character, surface.face.patch, surface.face.twins)
+
+
+def _with_twins(character: Character, own: IntArray, twins: IntArray) -> Character:
+    """The character with the body's own weights where its surface is the body's: its vertices `own` (K,) are the body's `twins` (K,)."""
+    body = character.body
     weights, bones = character.weights.copy(), character.bones.copy()
     anchors, parts = character.anchors.copy(), character.parts.copy()
     weights[own], bones[own] = _four_largest(body.weights[twins])

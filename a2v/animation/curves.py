@@ -60,10 +60,3 @@ def eased(values: FloatArray, width: float) -> FloatArray:
     smooth: FloatArray = gaussian_filter1d(wide, half / 2, mode="nearest", truncate=2.0)
     upper: FloatArray = np.maximum(smooth, values)
     return upper
-
-
-def smoothstep(values: FloatArray, low: float, high: float) -> FloatArray:
-    """0 below `low`, 1 above `high`, and between them a cubic without speed at its ends."""
-    t = np.clip((values - low) / (high - low), 0, 1)
-    result: FloatArray = t * t * (3 - 2 * t)
-    return result

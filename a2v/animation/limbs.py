@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.animation.curves import smoothstep
 from a2v.animation.posture import foot_pitch
 from a2v.animation.task import Task
+from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import frame_along, unit
 from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.types import FloatArray

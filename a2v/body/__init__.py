@@ -6,6 +6,7 @@ Everything heavy (torch, anny) is imported when first used.
 from a2v.body.anny import AnnyModel
 from a2v.body.carry import carry_over
 from a2v.body.confidence import doubts
+from a2v.body.fingers import bend_fingers
 from a2v.body.fit import FitResult, fit_body
 from a2v.body.landmarks import JOINT_BONES
 from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
@@ -25,6 +26,7 @@ __all__ = [
     "FitResult",
     "FitSettings",
     "SmplModel",
+    "bend_fingers",
     "carry_over",
     "doubts",
     "fit_body",

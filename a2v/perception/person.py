@@ -11,6 +11,7 @@ from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.depth import put_upright
 from a2v.perception.face import find_face
+from a2v.perception.hands import find_hands
 from a2v.perception.landmarks import LIMBS
 from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
@@ -35,6 +36,8 @@ class PerceptionSettings:
         Refine the detector's mask at full resolution (a mask of the user's is never changed).
     face : bool
         Look for the landmarks of the face, without which the character has no expressions.
+    hands : bool
+        Look for the landmarks of the hands, by which fingers are bent.
     band : float
         How far refinement may move the mask's contour, fraction of the person's height.
     """
@@ -44,6 +47,7 @@ class PerceptionSettings:
     margin: float = 0.1
     refine: bool = True
     face: bool = True
+    hands: bool = True
     band: float = 0.015
 
     def __post_init__(self) -> None:
@@ -110,6 +114,7 @@ def find_person(
         photo_size=(width, height),
         warnings=tuple(warnings),
         face=find_face(image, points) if settings.face else None,
+        hands=find_hands(image, points) if settings.hands else None,
         provenance={
             "detector": "mediapipe pose, complexity 1",
             "mask": "given" if given_mask is not None else "detector, refined" if settings.refine else "detector",

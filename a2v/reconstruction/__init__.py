@@ -10,6 +10,7 @@ from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.face import FaceSettings, add_face
+from a2v.reconstruction.hands import HandSettings, add_hands
 from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
 from a2v.reconstruction.papers import PapersSettings, papers_surface
 from a2v.reconstruction.sheet import surface_sheet
@@ -19,10 +20,12 @@ __all__ = [
     "ColorSolution",
     "ExtractionSettings",
     "FaceSettings",
+    "HandSettings",
     "ImplicitSettings",
     "PapersSettings",
     "SurfaceSettings",
     "add_face",
+    "add_hands",
     "body_prior_surface",
     "color_surface",
     "extract_surface",

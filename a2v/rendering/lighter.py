@@ -39,6 +39,7 @@ def lighter(character: Character, *, triangles: int = 6000, texture: int = 512) 
         colors=surface.colors[nearest],
         uv=uv,
         visible=None if surface.visible is None else surface.visible[nearest],
+        twins=None,
         face=None,
     )
     own = {name: getattr(character, name)[nearest] for name in ("weights", "bones", "anchors", "parts")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from a2v.body import FitSettings
+from a2v.reconstruction import HandSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
 from pipelines.memo import measure, memo, note, progress
 from pipelines.store import Ref, get, put
@@ -22,13 +23,18 @@ def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[
 
 @memo()
 def body(
-    subject: Ref[Subject], surface: Ref[Reconstruction], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], fit: FitSettings
+    subject: Ref[Subject],
+    surface: Ref[Reconstruction],
+    photo_body: Ref[Body],
+    photo_camera: Ref[OrthographicCamera],
+    fit: FitSettings,
+    hands: HandSettings,
 ) -> Ref[Body]:
-    """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it.
+    """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it, and bend its fingers.
 
     A surface that was made of the body itself has nothing to add.
     """
-    from a2v.body import FitResult, fit_body
+    from a2v.body import FitResult, bend_fingers, fit_body
 
     person, first, camera = get(surface, Reconstruction), get(photo_body, Body), get(photo_camera, OrthographicCamera)
     if person.from_body:
@@ -36,4 +42,4 @@ def body(
     start = FitResult(first, camera)
     result = fit_body(get(subject, Subject), settings=fit, surface=person.surface, camera=camera, initial=start, progress=progress())
     measure(result.residuals)
-    return put(result.body)
+    return put(bend_fingers(result.body, get(subject, Subject), camera) if hands.bend else result.body)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from a2v.reconstruction import ColorSettings, FaceSettings
+from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
 from pipelines.memo import memo, progress
@@ -23,13 +23,21 @@ def surface(
 
 
 @memo()
+def handed(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings) -> Ref[Reconstruction]:
+    """Sew in the body's own hands, whose fingers move."""
+    from a2v.reconstruction import add_hands
+
+    return put(add_hands(get(surface, Reconstruction), get(body, Body), settings=hands))
+
+
+@memo()
 def faced(
-    surface: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], face: FaceSettings
+    handed: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], face: FaceSettings
 ) -> Ref[Reconstruction]:
     """Lay the body's own face, which has expressions, where the photo shows one."""
     from a2v.reconstruction.face import add_face
 
-    person, camera = get(surface, Reconstruction), get(photo_camera, OrthographicCamera)
+    person, camera = get(handed, Reconstruction), get(photo_camera, OrthographicCamera)
     return put(add_face(person, get(subject, Subject), get(body, Body), camera, settings=face))
 
 

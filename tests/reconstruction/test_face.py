@@ -13,13 +13,14 @@ from a2v.animation import bind, blinking, blinks, change_rig, deform, express, l
 from a2v.animation.expressions import BlinkSettings
 from a2v.body.face import actions_of, face_landmarks
 from a2v.geometry.mesh import is_closed
+from a2v.geometry.sewing import sew
 from a2v.reconstruction import FaceSettings, add_face
 from a2v.reconstruction.face.build import _Bend, _facing, _posed
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
-from a2v.reconstruction.face.sewing import sew
 from a2v.types import Body, Character, Face, OrthographicCamera, Reconstruction, Subject, Surface
+from tests.support.surfaces import coated
 
 CAMERA = OrthographicCamera(scale=2048 / 1.8, center_u=1024.0, center_v=1990.0)
 BOTH_LIDS = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
@@ -52,39 +53,8 @@ def photographed(body: Body, *, turned: float = 0.0) -> Subject:
 
 @pytest.fixture(scope="module")
 def plain(body: Body) -> Reconstruction:
-    """One piece around the body: a surface without eyes and mouth, such as backends give."""
-    import open3d
-
-    skin = body.faces[body.faces.max(axis=1) < 13348]
-    mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(body.vertices[:13348].astype(np.float64)), open3d.utility.Vector3iVector(skin)
-    )
-    low, high = body.vertices.min(axis=0) - 0.03, body.vertices.max(axis=0) + 0.03
-    low[1] = float(body.vertices[:, 1].max()) - 0.42  # from the shoulders up
-    counts = np.ceil((high - low) / 0.008).astype(int)
-    axes = [low[k] + 0.008 * np.arange(counts[k]) for k in range(3)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32)
-    scene = open3d.t.geometry.RaycastingScene()
-    scene.add_triangles(open3d.t.geometry.TriangleMesh.from_legacy(mesh))
-    distance = scene.compute_signed_distance(grid).numpy() - 0.003
-    distance[0], distance[-1], distance[:, 0], distance[:, -1] = (
-        np.maximum(edge, 0.004) for edge in (distance[0], distance[-1], distance[:, 0], distance[:, -1])
-    )
-    from skimage.measure import marching_cubes
-
-    vertices, faces, _, _ = marching_cubes(distance, 0.0, spacing=(0.008,) * 3)
-    from a2v.geometry.mesh import keep_pieces
-
-    vertices, faces = keep_pieces(
-        vertices + low, faces[:, ::-1].astype(np.int64) if _inside_out(vertices, faces) else faces.astype(np.int64)
-    )
-    surface = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.full(vertices.shape, 0.5, np.float32))
-    return Reconstruction(surface=surface, backend="test", expected_colors=surface.colors)
-
-
-def _inside_out(vertices: np.ndarray, faces: np.ndarray) -> bool:
-    corners = vertices[faces]
-    return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) < 0
+    """One piece around the body from the shoulders up: a surface without eyes and mouth, such as backends give."""
+    return coated(body, cell=0.008, coat=0.003, above=float(body.vertices[:, 1].max()) - 0.42)
 
 
 @pytest.fixture(scope="module")

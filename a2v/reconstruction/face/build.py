@@ -145,8 +145,10 @@ def _sewn(
     expected = person.expected_colors
     if expected is not None:
         expected = np.concatenate([expected[kept], np.full((len(own), 3), np.nan, np.float32)])
+    twins = None if surface.twins is None else np.concatenate([surface.twins[kept], np.full(len(own), -1, np.int32)])
     made = dataclasses.replace(
         surface,
+        twins=twins,
         vertices=vertices.astype(np.float32),
         faces=faces.astype(np.int32),
         colors=colors,

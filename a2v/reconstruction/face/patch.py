@@ -10,8 +10,9 @@ import torch
 
 from a2v.body.face import EYES, SKIN, TONGUE, face_landmarks, teeth
 from a2v.body.registry import load_body_model
-from a2v.geometry.mesh import border_edges, border_loops
+from a2v.geometry.mesh import border_loops
 from a2v.geometry.rays import ray_scene
+from a2v.geometry.sewing import single_rim
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE, SURROUNDINGS
 from a2v.types import BoolArray, FloatArray, IntArray
 
@@ -118,38 +119,3 @@ def _flood(faces: IntArray, allowed: BoolArray, seeds: IntArray) -> IntArray:
     count = len(allowed)
     _, label = connected_components(sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)), directed=False)
     return np.flatnonzero(np.isin(label, np.unique(label[seeds[allowed[seeds]]])) & allowed)
-
-
-def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
-    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one edge and without corners where its border meets itself."""
-    own = own.copy()
-    base = int(faces.max()) + 1
-    for _ in range(60):
-        own = largest_piece(faces, own)
-        chosen = np.flatnonzero(own)
-        kept = faces[chosen]
-        ends = border_edges(kept)
-        vertices, count = np.unique(ends[:, 0], return_counts=True)
-        free = sum(np.isin(kept[:, a] * base + kept[:, b], ends[:, 0] * base + ends[:, 1]).astype(int) for a, b in ((0, 1), (1, 2), (2, 0)))
-        bad = (free >= 2) | np.isin(kept, vertices[count > 1]).any(axis=1)
-        if not bad.any():
-            return own
-        own[chosen[bad]] = False
-    return own
-
-
-def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
-    """The faces (F,) bool of the largest piece, joined at edges, among the `own` ones (F,) bool."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
-    chosen = np.flatnonzero(own)
-    edges = np.sort(faces[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, key = np.unique(edges, axis=0, return_inverse=True)
-    owner = np.repeat(np.arange(len(chosen)), 3)
-    key = key.ravel()
-    graph = sp.coo_matrix((np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)).tocsr()
-    _, label = connected_components(graph @ graph.T, directed=False)
-    kept = np.zeros(len(own), bool)
-    kept[chosen[label == np.bincount(label).argmax()]] = True
-    return kept

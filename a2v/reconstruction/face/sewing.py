@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.geometry.mesh import border_loops
-from a2v.reconstruction.face.patch import Patch, single_rim
+from a2v.geometry.sewing import sew, single_rim
+from a2v.reconstruction.face.patch import Patch
 from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
 _REACH = 0.06
@@ -70,38 +71,3 @@ def _covered(vertices: FloatArray, bent: FloatArray, body_faces: IntArray, patch
     covered = np.zeros(len(vertices), bool)
     covered[ids] = patch.within[on] | (to_rim < _GAP)
     return covered
-
-
-def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
-    """Triangles (n + m, 3) between two loops around the same hole: the shortest way in all (Fuchs, Kedem and Uselton 1977).
-
-    Parameters
-    ----------
-    vertices : (V, 3)
-    outer, inner : (n,), (m,) int
-        Both running the same way round.
-    """
-    start = np.linalg.norm(vertices[outer][:, None] - vertices[inner][None], axis=-1)
-    first, second = np.unravel_index(int(start.argmin()), start.shape)
-    a, b = np.roll(outer, -first), np.roll(inner, -second)
-    a, b = np.append(a, a[0]), np.append(b, b[0])
-    length = np.linalg.norm(vertices[a][:, None] - vertices[b][None], axis=-1)
-    n, m = length.shape
-    cost = np.full((n, m), np.inf)
-    cost[0, 0] = 0
-    for i in range(n):
-        for j in range(m):
-            if i:
-                cost[i, j] = min(cost[i, j], cost[i - 1, j] + length[i, j])
-            if j:
-                cost[i, j] = min(cost[i, j], cost[i, j - 1] + length[i, j])
-    strip: list[tuple[int, int, int]] = []
-    i, j = n - 1, m - 1
-    while i or j:
-        if i and (not j or cost[i - 1, j] <= cost[i, j - 1]):
-            strip.append((a[i - 1], a[i], b[j]))
-            i -= 1
-        else:
-            strip.append((a[i], b[j], b[j - 1]))
-            j -= 1
-    return np.array(strip, dtype=np.int64)

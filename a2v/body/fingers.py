@@ -1,0 +1,172 @@
+"""Fingers of a fitted body bent as the photo shows them; the fit itself knows hands by three landmarks, and leaves fingers straight."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from a2v.geometry.vectors import unit
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Subject
+
+SIDES = {"left": ".L", "right": ".R"}
+# angles of a finger from the body's straight, spread ones, radians: (lowest, relaxed, highest, how far a hand is from relaxed)
+_KNUCKLE, _MIDDLE, _SPREAD = (-0.5, 0.25, 1.6, 0.5), (0.0, 0.4, 1.9, 0.5), (-0.35, 0.0, 0.35, 0.12)
+_THUMB_IN, _THUMB_ACROSS, _THUMB_TIP = (-0.5, 0.1, 0.9, 0.3), (-0.6, 0.1, 0.6, 0.3), (-0.3, 0.2, 1.2, 0.35)
+_TURN = (-0.7, 0.0, 0.7, 0.25)
+"""Of the whole hand about the wrist's three axes."""
+_LAST = 0.6
+"""A finger's last joint bends by so much of the middle one."""
+_PARALLEL = (0.14, 0.03, -0.08, -0.2)
+"""By so much, radians, relaxed fingers from the index to the little one turn towards each other: the body's are spread."""
+_PLACE, _DEPTH = 0.007, 0.03
+"""Expected errors of landmarks in the picture's plane and of their depths, metres."""
+_SLACK = np.array([0.006, 0.006, 0.1])
+"""Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its hand's size."""
+
+
+def bend_fingers(body: Body, subject: Subject, camera: OrthographicCamera) -> Body:
+    """The body with fingers bent, and hands turned about the wrist, as the landmarks of ``subject.hands`` are; relaxed where there are none.
+
+    Parameters
+    ----------
+    body : Body
+        Anny, fitted to the photo, its fingers straight.
+    subject : Subject
+    camera : OrthographicCamera
+
+    Returns
+    -------
+    Body
+        With new bones and skin; ``parameters`` stay those of the fit. `body` itself for another model.
+    """
+    if body.model != "anny":
+        return body
+    transforms = body.bone_transforms.astype(np.float64)
+    for index, letter in enumerate(SIDES.values()):
+        hand = _Hand(body, letter)
+        seen = None
+        if subject.hands is not None and subject.hands[index, 0, 3] > 0:
+            seen = _places(subject.hands[index], camera)
+            seen[:, 2] += transforms[hand.wrist, 2, 3]
+        transforms = hand.posed(transforms, hand.solved(transforms, seen))
+    return _reskinned(body, transforms)
+
+
+class _Hand:
+    """One hand of Anny: its bones, its axes at the fitted pose, and what its angles are.
+
+    Angles (18,): the hand's turn (3), of index to little finger each knuckle, middle joint and spread, then the thumb inwards, across and its tip.
+    """
+
+    ranges = np.array([_TURN] * 3 + [_KNUCKLE, _MIDDLE, _SPREAD] * 4 + [_THUMB_IN, _THUMB_ACROSS, _THUMB_TIP])
+
+    def __init__(self, body: Body, letter: str) -> None:
+        self.wrist = body.bone_names.index(f"wrist{letter}")
+        self.fingers = [[body.bone_names.index(f"finger{finger}-{joint}{letter}") for joint in (1, 2, 3)] for finger in (1, 2, 3, 4, 5)]
+        self.tips = body.bone_tails[[bones[2] for bones in self.fingers]].astype(np.float64)
+        self.below = _descendants(body.bone_parents, [self.wrist])
+        heads = body.bone_transforms[:, :3, 3].astype(np.float64)
+        knuckles = heads[[bones[0] for bones in self.fingers[1:]]]
+        self.along = unit(knuckles[1] - heads[self.wrist])
+        across = (knuckles[3] - knuckles[0]) * (1 if letter == ".R" else -1)
+        self.palm = unit(np.cross(self.along, across))  # out of the palm
+        self.side = np.cross(self.palm, self.along)
+        self.middle = self.ranges[:, 1].copy()
+        self.middle[5:15:3] = np.array(_PARALLEL) * (-1 if letter == ".L" else 1)
+
+    def posed(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
+        """World transforms (B, 4, 4) with the hand's angles."""
+        return self._posed(transforms, angles)[0]
+
+    def _posed(self, transforms: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """World transforms, and the fingers' tips (5, 3)."""
+        out, tips = transforms.copy(), self.tips.copy()
+        for at, bones in enumerate(self.fingers[1:]):
+            knuckle, middle, spread = angles[3 + 3 * at : 6 + 3 * at]
+            straight = unit(out[bones[1], :3, 3] - out[bones[0], :3, 3])
+            hinge = unit(np.cross(straight, self.palm))
+            _turn(out, tips[at + 1], bones, 0, rotvec_to_rotmat(spread * self.palm))
+            hinge = rotvec_to_rotmat(spread * self.palm) @ hinge
+            for place, angle in enumerate((knuckle, middle, _LAST * middle)):
+                _turn(out, tips[at + 1], bones, place, rotvec_to_rotmat(angle * hinge))
+        inwards, over, tip = angles[15:]
+        thumb = self.fingers[0]
+        straight = unit(out[thumb[2], :3, 3] - out[thumb[0], :3, 3])
+        hinge = unit(np.cross(straight, self.palm))
+        for place, turn in ((0, inwards * hinge + over * self.palm), (1, 0.5 * tip * hinge), (2, tip * hinge)):
+            _turn(out, tips[0], thumb, place, rotvec_to_rotmat(turn))
+        whole = rotvec_to_rotmat(angles[0] * self.along + angles[1] * self.palm + angles[2] * self.side)
+        centre = out[self.wrist, :3, 3].copy()
+        out[self.below, :3, :3] = whole @ out[self.below, :3, :3]
+        out[self.below, :3, 3] = centre + (out[self.below, :3, 3] - centre) @ whole.T
+        return out, centre + (tips - centre) @ whole.T
+
+    def points(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
+        """Where mediapipe's 21 landmarks (21, 3) are."""
+        out, tips = self._posed(transforms, angles)
+        rows = [out[self.wrist, :3, 3]]
+        for bones, tip in zip(self.fingers, tips, strict=True):
+            rows += [*out[bones, :3, 3], tip]
+        return np.array(rows)
+
+    def solved(self, transforms: FloatArray, seen: FloatArray | None) -> FloatArray:
+        """Angles (18,) that bring the landmarks to where they are `seen` (21, 3), and else stay near a relaxed hand's."""
+        from scipy.optimize import least_squares
+
+        relaxed, (low, _, high, spread) = self.middle, self.ranges.T
+        if seen is None:
+            return relaxed
+
+        centre = transforms[self.wrist, :3, 3]
+
+        def misses(unknowns: FloatArray) -> FloatArray:
+            angles, slack = unknowns[:-3], unknowns[-3:] * _SLACK  # else fingers bend where the fit's wrist or hand is not the photo's
+            points = centre + np.exp(slack[2]) * (self.points(transforms, angles) - centre) + [slack[0], slack[1], 0.0]
+            error = (points - seen)[1:] / [_PLACE, _PLACE, _DEPTH]
+            return np.concatenate([error.ravel(), (angles - relaxed) / spread, unknowns[-3:]])
+
+        start = np.concatenate([np.clip(relaxed, low, high), np.zeros(3)])
+        bounds = np.concatenate([low, np.full(3, -3.0)]), np.concatenate([high, np.full(3, 3.0)])
+        found = least_squares(misses, start, bounds=bounds, loss="soft_l1", f_scale=2.0, max_nfev=40)
+        return np.asarray(found.x[:-3])
+
+
+def _places(landmarks: FloatArray, camera: OrthographicCamera) -> FloatArray:
+    """Where the landmarks (21, 4) are, metres (21, 3): depths are relative to the wrist."""
+    return camera.unproject(landmarks[:, :2].astype(np.float64), landmarks[:, 2].astype(np.float64) / camera.scale)
+
+
+def _turn(out: FloatArray, tip: FloatArray, bones: Sequence[int], place: int, turn: FloatArray) -> None:
+    """Turn a finger's bones from one `place` on, and its `tip` (3,), about the head of the bone there; in place."""
+    centre = out[bones[place], :3, 3].copy()
+    for bone in bones[place:]:
+        out[bone, :3, :3] = turn @ out[bone, :3, :3]
+        out[bone, :3, 3] = centre + turn @ (out[bone, :3, 3] - centre)
+    tip[:] = centre + turn @ (tip - centre)
+
+
+def _descendants(parents: IntArray, roots: Sequence[int]) -> IntArray:
+    """The bones `roots` and all below them."""
+    chosen = np.zeros(len(parents), bool)
+    chosen[list(roots)] = True
+    for bone, parent in enumerate(parents):  # parents first
+        chosen[bone] |= parent >= 0 and bool(chosen[parent])
+    return np.flatnonzero(chosen)
+
+
+def _reskinned(body: Body, transforms: FloatArray) -> Body:
+    """The body with its bones at `transforms` (B, 4, 4)."""
+    moved = transforms @ np.linalg.inv(body.bone_transforms.astype(np.float64))
+    change = np.einsum("vb,bij->vij", body.weights.astype(np.float64), moved)
+    plain = np.concatenate([body.vertices, np.ones((len(body.vertices), 1))], axis=1)
+    vertices = np.einsum("vij,vj->vi", change, plain)[:, :3]
+    tails = np.einsum("bij,bj->bi", moved, np.concatenate([body.bone_tails, np.ones((len(body.bone_tails), 1))], axis=1))[:, :3]
+    return dataclasses.replace(
+        body,
+        vertices=vertices.astype(np.float32),
+        bone_transforms=transforms.astype(np.float32),
+        bone_tails=tails.astype(np.float32),
+    )

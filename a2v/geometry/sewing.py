@@ -1,0 +1,78 @@
+"""Pieces of meshes with one rim, and rims sewn together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.geometry.mesh import border_edges
+from a2v.types import BoolArray, FloatArray, IntArray
+
+
+def single_rim(faces: IntArray, own: BoolArray) -> BoolArray:
+    """Faces (F,) bool of the largest piece of the `own` ones, without faces that hang on by one edge and without corners where its border meets itself."""
+    own = own.copy()
+    base = int(faces.max()) + 1
+    for _ in range(60):
+        own = largest_piece(faces, own)
+        chosen = np.flatnonzero(own)
+        kept = faces[chosen]
+        ends = border_edges(kept)
+        vertices, count = np.unique(ends[:, 0], return_counts=True)
+        free = sum(np.isin(kept[:, a] * base + kept[:, b], ends[:, 0] * base + ends[:, 1]).astype(int) for a, b in ((0, 1), (1, 2), (2, 0)))
+        bad = (free >= 2) | np.isin(kept, vertices[count > 1]).any(axis=1)
+        if not bad.any():
+            return own
+        own[chosen[bad]] = False
+    return own
+
+
+def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
+    """The faces (F,) bool of the largest piece, joined at edges, among the `own` ones (F,) bool."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    chosen = np.flatnonzero(own)
+    edges = np.sort(faces[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, key = np.unique(edges, axis=0, return_inverse=True)
+    owner = np.repeat(np.arange(len(chosen)), 3)
+    key = key.ravel()
+    graph = sp.coo_matrix((np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)).tocsr()
+    _, label = connected_components(graph @ graph.T, directed=False)
+    kept = np.zeros(len(own), bool)
+    kept[chosen[label == np.bincount(label).argmax()]] = True
+    return kept
+
+
+def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
+    """Triangles (n + m, 3) between two loops around the same hole: the shortest way in all (Fuchs, Kedem and Uselton 1977).
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+    outer, inner : (n,), (m,) int
+        Both running the same way round.
+    """
+    start = np.linalg.norm(vertices[outer][:, None] - vertices[inner][None], axis=-1)
+    first, second = np.unravel_index(int(start.argmin()), start.shape)
+    a, b = np.roll(outer, -first), np.roll(inner, -second)
+    a, b = np.append(a, a[0]), np.append(b, b[0])
+    length = np.linalg.norm(vertices[a][:, None] - vertices[b][None], axis=-1)
+    n, m = length.shape
+    cost = np.full((n, m), np.inf)
+    cost[0, 0] = 0
+    for i in range(n):
+        for j in range(m):
+            if i:
+                cost[i, j] = min(cost[i, j], cost[i - 1, j] + length[i, j])
+            if j:
+                cost[i, j] = min(cost[i, j], cost[i, j - 1] + length[i, j])
+    strip: list[tuple[int, int, int]] = []
+    i, j = n - 1, m - 1
+    while i or j:
+        if i and (not j or cost[i - 1, j] <= cost[i, j - 1]):
+            strip.append((a[i - 1], a[i], b[j]))
+            i -= 1
+        else:
+            strip.append((a[i], b[j], b[j - 1]))
+            j -= 1
+    return np.array(strip, dtype=np.int64)

@@ -1,0 +1,14 @@
+"""Steps that begin and end without a jerk."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.types import FloatArray
+
+
+def smoothstep(values: FloatArray, low: float, high: float) -> FloatArray:
+    """0 below `low`, 1 above `high`, and between them a cubic without speed at its ends."""
+    t = np.clip((values - low) / (high - low), 0, 1)
+    result: FloatArray = t * t * (3 - 2 * t)
+    return result

@@ -1,0 +1,122 @@
+"""Landmarks of the hands by mediapipe's hand models, which are in its wheel."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.perception.detector import silenced
+from a2v.types import ByteArray, FloatArray
+
+HAND_POINTS = 21
+"""Landmarks of a hand: the wrist, then four of each finger from the thumb to the little one, from the palm to the tip."""
+CROP = 256
+"""A hand is looked at in a square of so many pixels."""
+LEAST_HAND = 12.0
+"""Hands of which the detector of people sees less than so many pixels between wrist and knuckles are not looked at."""
+GLANCES = (0.8, 1.0, 1.25)
+"""Squares at which a hand is looked at, in sides of the square."""
+_FAR = 1.0
+"""Where the wrist is farther off than so many lengths of the palm, the hand that is seen is another."""
+
+
+class HandDetector:
+    """Mediapipe's hands; use as a context manager."""
+
+    def __init__(self) -> None:
+        self._graph: Any = None
+
+    def __enter__(self) -> HandDetector:
+        os.environ.setdefault("GLOG_minloglevel", "3")
+        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+        with silenced():
+            import mediapipe as mp
+
+            self._graph = mp.solutions.hands.Hands(static_image_mode=True, max_num_hands=1, model_complexity=1, min_detection_confidence=0.4)
+            self._graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with silenced():
+            self._graph.close()
+
+    def one(self, picture: ByteArray) -> tuple[FloatArray, str, float] | None:
+        """The hand in `picture` (H, W, 3) uint8, or None.
+
+        Returns
+        -------
+        points : (21, 3) float32
+            u, v, pixels, and depth in them, larger is nearer, 0 at the wrist.
+        side : "left" or "right"
+            Of the person's.
+        confidence : float
+            In the side, 0.5 to 1.
+        """
+        height, width = picture.shape[:2]
+        with silenced():
+            found = self._graph.process(np.ascontiguousarray(picture))
+        if not found.multi_hand_landmarks:
+            return None
+        points = np.array([[p.x * width, p.y * height, -p.z * width] for p in found.multi_hand_landmarks[0].landmark], np.float32)
+        side = found.multi_handedness[0].classification[0]
+        return points, "right" if side.label == "Left" else "left", float(side.score)  # it takes pictures to be mirrored
+
+
+def find_hands(image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
+    """Landmarks of a person's hands: of each the median of what is seen in `GLANCES`, where most of them see a hand of that side at its wrist.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+    keypoints : (33, 3)
+        BlazePose landmarks in its pixels: where the hands are.
+
+    Returns
+    -------
+    (2, 21, 4) float32 or None
+        The left hand and the right one: u, v in pixels of `image`, depth in the same unit, larger is nearer, 0 at the wrist, and 1; zeros for a hand
+        that is not seen. None where neither is.
+    """
+    found = np.zeros((2, HAND_POINTS, 4), np.float32)
+    squares = [_square(keypoints, side) for side in ("left", "right")]
+    if not any(squares):
+        return None
+    with HandDetector() as detector:
+        for row, side, square in zip(found, ("left", "right"), squares, strict=True):
+            points = _look(detector, image, side, *square) if square else None
+            if points is not None:
+                row[:, :3], row[:, 3] = points, 1
+    return found if found.any() else None
+
+
+def _square(keypoints: FloatArray, side: str) -> tuple[FloatArray, FloatArray, float] | None:
+    """The wrist (2,), the middle (2,) of the square in which a hand lies, and half of its side, pixels; None where no hand is to be expected."""
+    wrist, elbow, index, little = (keypoints[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("wrist", "elbow", "index", "pinky"))
+    if min(wrist[2], index[2], little[2]) < 0.5:
+        return None
+    reach = (index[:2] + little[:2]) / 2 - wrist[:2]
+    half = max(0.6 * float(np.linalg.norm(wrist[:2] - elbow[:2])), 1.6 * float(np.linalg.norm(reach)))
+    return (wrist[:2], wrist[:2] + reach, half) if half > 2 * LEAST_HAND else None
+
+
+def _look(detector: HandDetector, image: ByteArray, side: str, wrist: FloatArray, middle: FloatArray, half: float) -> FloatArray | None:
+    import cv2
+
+    seen = []
+    for size in GLANCES:
+        scale = CROP / (2 * half * size)
+        shift = CROP / 2 - scale * middle.astype(np.float64) + (scale - 1) / 2  # warpAffine counts from the centre of the first pixel
+        matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
+        flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+        hand = detector.one(cv2.warpAffine(image, matrix, (CROP, CROP), flags=flags, borderMode=cv2.BORDER_REPLICATE))
+        if hand is None or hand[1] != side:
+            continue
+        points = hand[0] / scale
+        points[:, :2] += middle - CROP / 2 / scale
+        length = float(np.linalg.norm(points[[5, 9, 13, 17], :3].mean(axis=0) - points[0]))
+        if np.linalg.norm(points[0, :2] - wrist) < _FAR * max(length, LEAST_HAND):
+            seen.append(points)
+    return np.median(seen, axis=0).astype(np.float32) if len(seen) > len(GLANCES) / 2 else None

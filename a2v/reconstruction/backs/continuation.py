@@ -11,7 +11,7 @@ import numpy as np
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import KINDS, LOWER, SHOES, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.labels import HANDS, KINDS, LOWER, SHOES, UPPER, Seen, label_surface, neighbor_mean
 from a2v.reconstruction.backs.matching import match_surface
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -90,7 +90,7 @@ def continue_photo(
 
     labels, strange = label_surface(seen)
     vertices = np.asarray(seen.vertices, np.float64)
-    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange, spacing=SPACING)
+    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS), spacing=SPACING)
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
     own = np.where(labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None])
     # a shoe's heel is nothing like its laces

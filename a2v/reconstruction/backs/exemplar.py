@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.backs.labels import LOWER, UPPER
+from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 BROAD, FINE = 0.025, 0.014
 """Detail is what is finer than this, metres (sigma of a Gaussian), on stuff with a pattern, and on plain stuff, whose broader changes are light and folds."""
+BARE = 0.006
+"""The same for skin: what is broader on it are veins, knuckles and light."""
 PATTERN = 0.036
 """Stuff has a broad pattern if what lies between the two has this deviation; camouflage, checks and folds have up to .034, stripes of 8 cm more."""
 FAR = 0.05
@@ -58,13 +60,13 @@ def make_exemplar(
     faces: IntArray,
     normals: FloatArray,
     labels: IntArray,
-    face: BoolArray,
+    apart: BoolArray,
     *,
     spacing: float,
 ) -> Exemplar:
     """The exemplar of a photo's clean colours (H, W, 3) at `spacing` metres a pixel (its own where that is coarser).
 
-    `labels` (V,) and `face` (V,) are the surface's; see `Seen`.
+    `labels` (V,) are the surface's; nothing is taken from where it lies `apart` (V,).
     """
     import cv2
 
@@ -84,13 +86,13 @@ def make_exemplar(
     nearest = faces[np.where(hits.hit, hits.face, 0), corner]
     shown = hits.hit.reshape(height, width)
     label = np.where(shown, labels[nearest].reshape(height, width), 0)
-    square = shown & (normals[nearest, 2].reshape(height, width) > 0.45) & ~face[nearest].reshape(height, width)
+    square = shown & (normals[nearest, 2].reshape(height, width) > 0.45) & ~apart[nearest].reshape(height, width)
     turned = normals[nearest, 2].reshape(height, width) < 0.75
     base, sources, prints = small.copy(), np.zeros_like(shown), np.zeros_like(shown)
     metre = grid.scale
     for kind in np.unique(label[label > 0]):
         own = label == kind
-        base[own] = _base(small, own, own & square, metre)[own]
+        base[own] = _base(small, own, own & square, metre, plain=BARE if kind == SKIN else FINE)[own]
         good = _inner(own & square, 0.012 * metre)
         odd = non_repeating(small, own & square, own & square & turned, metre) & own if kind in (UPPER, LOWER) else np.zeros_like(own)
         prints |= odd
@@ -98,9 +100,11 @@ def make_exemplar(
     return Exemplar(grid, small, base, label, sources, prints)
 
 
-def _base(image: FloatArray, region: BoolArray, clear: BoolArray, metre: float) -> FloatArray:
+def _base(image: FloatArray, region: BoolArray, clear: BoolArray, metre: float, *, plain: float) -> FloatArray:
     """A picture (H, W, 3) without the detail of a region (H, W), whose pattern is judged where it is `clear` (H, W)."""
-    broad, fine = _within(image, region, BROAD * metre), _within(image, region, FINE * metre)
+    broad, fine = _within(image, region, BROAD * metre), _within(image, region, plain * metre)
+    if plain < FINE:
+        return fine
     between = (fine - broad)[clear]
     return broad if len(between) and float(np.sqrt((between**2).mean())) > PATTERN else fine
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ UNSURE, SKIN, HAIR, UPPER, LOWER, SHOES = range(len(KINDS))
 _HEAD = ("head", "neck")
 _ARMS = tuple(part for part in PARTS if part.endswith("_arm"))
 _LEGS = tuple(part for part in PARTS if part.endswith(("thigh", "shin")))
-_HANDS = tuple(part for part in PARTS if part.endswith("hand"))
+HANDS = tuple(part for part in PARTS if part.endswith("hand"))
 _FEET = tuple(part for part in PARTS if part.endswith("foot"))
 _NEVER = 60.0
 """Cost of a label on a part that does not wear it, in CIELAB units."""
@@ -26,6 +27,8 @@ _SHADE = np.array([0.5, 1.0, 1.0])
 """What lightness, a and b count for: shadows are no other stuff."""
 _HUE = np.array([0.3, 1.0, 1.0])
 """The same for skin, which has every shade between light and shadow."""
+HANGING = 0.3
+"""Hair hangs at most so far from the head, metres."""
 _SAME = 11.0
 """Garments whose colours differ by less, CIELAB units, are one."""
 
@@ -36,7 +39,7 @@ def allowed_parts(kind: int) -> tuple[str, ...]:
         UNSURE: PARTS,
         SKIN: PARTS,
         HAIR: (*_HEAD, "torso"),
-        UPPER: ("neck", "torso", *_ARMS, *_HANDS, *_LEGS),
+        UPPER: ("neck", "torso", *_ARMS, *HANDS, *_LEGS),
         LOWER: ("torso", *_LEGS, *_FEET),
         SHOES: (*_FEET, *(part for part in _LEGS if part.endswith("shin"))),
     }[kind]
@@ -117,8 +120,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     cost = np.stack([_distance(lab, palettes[kind], _HUE if kind == SKIN else _SHADE) for kind in kinds], axis=1)
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
-        if kind == SHOES:
-            cost[~seen.on(*_FEET), column] += 6.0
+        cost[:, column] += _reluctance(seen, int(kind), palettes)
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=4)
     chosen = front.argmin(axis=1)
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
@@ -130,6 +132,9 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
     labels, strange = kinds[final], best > 30.0
+    loose = _loose_hair(seen, labels)
+    if loose.any():
+        labels[loose] = kinds[np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)]
     labels[best > _NEVER] = UNSURE
     for kind in kinds:  # what is mostly of another colour is something else
         own = labels == kind
@@ -138,16 +143,53 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     return labels, strange & (labels > UNSURE)
 
 
+def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
+    """What a label costs (V,) on parts that seldom wear it: clothes of the colour of skin, hair or shoes are clothes."""
+    from scipy.spatial import cKDTree
+
+    cost = np.zeros(len(seen.parts))
+    if kind == SHOES:
+        cost[~seen.on(*_FEET)] = 6.0
+    elif kind == SKIN and UPPER in palettes:
+        cost[seen.on("torso")] = 9.0
+        cost[seen.on(*_ARMS)] = 2.0
+    elif kind == HAIR:
+        torso, head = seen.on("torso"), seen.on("head")
+        if torso.any() and head.any():
+            far = cKDTree(seen.vertices[head]).query(seen.vertices[torso], workers=1)[0] > HANGING
+            alike = UPPER in palettes and _distance(palettes[HAIR], palettes[UPPER]).min() < _SAME
+            cost[torso] = np.where(far | alike, _NEVER, 0.0)
+    return cost
+
+
+def _loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
+    """Vertices (V,) that look like hair but hang from no head: dark cloth."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    hair = labels == HAIR
+    count, width = seen.neighbors.shape
+    ends = np.repeat(np.arange(count), width), seen.neighbors.ravel()
+    joined = hair[ends[0]] & hair[ends[1]]
+    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
+    _, piece = connected_components(graph, directed=False)
+    held = np.bincount(piece, hair & seen.on("head")) >= 20
+    return np.asarray(hair & ~held[piece])
+
+
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     """Typical CIELAB colours (n, 3) of each label that the photo shows."""
     from skimage.color import rgb2lab
 
     skin = None if seen.skin is None else rgb2lab(np.clip(seen.skin, 0, 1)[None])[0]
-    bare = np.zeros(len(lab), bool) if skin is None else (np.linalg.norm((lab - skin) * _HUE, axis=1) < 11)
+    bare = np.zeros(len(lab), bool)
+    if skin is not None:
+        # in shadow skin is still skin, but a shirt may have its hue
+        bare = np.linalg.norm((lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1) < 10
     height = seen.vertices[:, 1]
     found: dict[int, FloatArray] = {}
     if skin is not None:
-        found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *_HANDS, *_ARMS)], skin[None], count=3)
+        found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3)
     head = seen.known & seen.on("head") & ~seen.face
     if head.sum() > 20:
         crown = head & (height > np.quantile(height[head], 0.6)) & ~bare

@@ -14,8 +14,8 @@ BROAD, FINE = 0.025, 0.014
 """Detail is what is finer than this, metres (sigma of a Gaussian), on stuff with a pattern, and on plain stuff, whose broader changes are light and folds."""
 BARE = 0.006
 """The same for skin: what is broader on it are veins, knuckles and light."""
-PATTERN = 0.036
-"""Stuff has a broad pattern if what lies between the two has this deviation; camouflage, checks and folds have up to .034, stripes of 8 cm more."""
+PATTERN = 0.044
+"""Stuff has a broad pattern if a quarter of what lies between the two is more than this: stripes of 8 cm, but no folds, checks or camouflage."""
 FAR = 0.05
 """What repeats does so at least this far away across the limb, metres."""
 
@@ -105,8 +105,8 @@ def _base(image: FloatArray, region: BoolArray, clear: BoolArray, metre: float, 
     broad, fine = _within(image, region, BROAD * metre), _within(image, region, plain * metre)
     if plain < FINE:
         return fine
-    between = (fine - broad)[clear]
-    return broad if len(between) and float(np.sqrt((between**2).mean())) > PATTERN else fine
+    between = np.abs(fine - broad)[clear]  # borders between two colours are no pattern: not the mean
+    return broad if len(between) and float(np.quantile(between, 0.75)) > PATTERN else fine
 
 
 def _within(image: FloatArray, region: BoolArray, sigma: float) -> FloatArray:

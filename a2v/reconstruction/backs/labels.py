@@ -143,6 +143,15 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     return labels, strange & (labels > UNSURE)
 
 
+def _trunk_height(seen: Seen) -> FloatArray:
+    """How high (V,) vertices are along the trunk, metres: along the way from the thighs to the head, however the person leans."""
+    thighs, head = seen.on("left_thigh", "right_thigh"), seen.on(*_HEAD)
+    up = np.array([0.0, 1.0, 0.0])
+    if thighs.any() and head.any():
+        up = seen.vertices[head].mean(axis=0) - seen.vertices[thighs].mean(axis=0)
+    return np.asarray(seen.vertices @ (up / max(float(np.linalg.norm(up)), 1e-9)))
+
+
 def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> FloatArray:
     """What a label costs (V,) on parts that seldom wear it: clothes of the colour of skin, hair or shoes are clothes."""
     from scipy.spatial import cKDTree
@@ -153,6 +162,9 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
     elif kind == SKIN and UPPER in palettes:
         cost[seen.on("torso")] = 9.0
         cost[seen.on(*_ARMS)] = 2.0
+    elif kind == LOWER and UPPER in palettes:
+        torso, height = seen.on("torso"), _trunk_height(seen)
+        cost[torso] = 15.0 * (height[torso] > np.quantile(height[torso], 0.6))
     elif kind == HAIR:
         torso, head = seen.on("torso"), seen.on("head")
         if torso.any() and head.any():
@@ -186,7 +198,7 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     if skin is not None:
         # in shadow skin is still skin, but a shirt may have its hue
         bare = np.linalg.norm((lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1) < 10
-    height = seen.vertices[:, 1]
+    height = _trunk_height(seen)
     found: dict[int, FloatArray] = {}
     if skin is not None:
         found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3)
@@ -197,13 +209,12 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
             found[HAIR] = _centers(lab[crown], None, count=2)
     body = seen.known & ~bare
     chest = body & seen.on("torso")
-    if chest.sum() > 100:
+    if chest.sum() > 100:  # arms and legs may be bare, in the shadow
         low, high = np.quantile(height[chest], [0.35, 0.95])
-        sleeves = body & seen.on(*(part for part in _ARMS if "upper" in part))
-        found[UPPER] = _centers(lab[(chest & (height > low) & (height < high)) | sleeves], None, count=4)
-    legs = body & seen.on(*_LEGS)
-    thighs = legs & seen.on("left_thigh", "right_thigh")
+        found[UPPER] = _centers(lab[chest & (height > low) & (height < high)], None, count=4)
+    thighs = body & seen.on("left_thigh", "right_thigh")
     if thighs.sum() > 100:
+        thighs &= height > np.quantile(height[thighs], 0.5)
         lower = _centers(lab[thighs], None, count=4)
         # dresses and overalls: what the legs wear is what the chest wears
         if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:

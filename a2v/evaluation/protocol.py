@@ -16,6 +16,7 @@ from a2v.errors import InputError
 from a2v.evaluation.classifier import Evaluator, State
 from a2v.evaluation.metrics import accuracy, confidence_interval, diversity, fid, multimodality
 from a2v.evaluation.physics import PhysicsMetrics, joints_physics
+from a2v.kinematics.ground import first_heading
 from a2v.motion import MotionModel
 from a2v.types import FloatArray, IntArray, Progress
 from a2v.version import __version__
@@ -23,6 +24,9 @@ from a2v.version import __version__
 REAL = "Real motions"
 REAL_ALIKE = "Real, drawn alike"
 """The floor of tables with actions drawn alike: recordings of the same actions as the models' clips."""
+
+PART = 250
+"""Clips that are made at a time."""
 
 METRICS = ("fid", "accuracy", "diversity", "multimodality")
 
@@ -88,8 +92,8 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
 
     def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
         joints = []
-        for start in range(0, len(labels), 250):
-            part = slice(start, start + 250)
+        for start in range(0, len(labels), PART):
+            part = slice(start, start + PART)
             joints.append(model.generate_like_data(labels[part], lengths[part], frames, generator))
         return model.to_native(np.concatenate(joints))
 
@@ -97,7 +101,10 @@ def generator_of(model: MotionModel, frames: int) -> Generate:
 
 
 def generator_of_families(model: MotionModel, fine: ActionDataset, families: Sequence[str], frames: int) -> Generate:
-    """Sampling of a model of finer actions under coarser names: each is asked for as often as it has clips within its family.
+    """Sampling of a model of finer actions under coarser names: like a random clip of the family, of its action, as long, and facing as it does.
+
+    What a clip does, how long it moves and where in the laboratory it heads go together, and classifiers that see headings know clips by that
+    (docs/research/motion-flow.md): drawn apart, real clips lose as much.
 
     Parameters
     ----------
@@ -114,16 +121,25 @@ def generator_of_families(model: MotionModel, fine: ActionDataset, families: Seq
         A family has no clip in `fine`.
     """
     family_of = [next((trait[7:] for trait in traits if trait.startswith("coarse:")), "") for traits in fine.traits]
-    members = [np.array([k for k in fine.labels.tolist() if family_of[k] == name], dtype=np.int64) for name in families]
+    members = [np.array([i for i, k in enumerate(fine.labels.tolist()) if family_of[k] == name], dtype=np.int64) for name in families]
     if empty := [name for name, own in zip(families, members, strict=True) if not len(own)]:
         raise InputError(f"{fine.name} has no clips of '{empty[0]}'")
-    generate = generator_of(model, frames)
+    sampler = ClipSampler(fine, fine.length)
+    shares = np.minimum(np.array([len(clip) for clip in fine.joints]) / fine.length, 1)
 
-    def generate_families(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
-        chosen = np.array([generator.choice(members[label]) for label in labels.tolist()])
-        return generate(chosen, lengths, generator)
+    def generate(labels: IntArray, lengths: FloatArray, generator: np.random.Generator) -> FloatArray:
+        clips = np.array([generator.choice(members[label]) for label in labels.tolist()])
+        ahead = first_heading(sampler.windows(clips, generator), fine.skeleton)
+        headings = np.arctan2(ahead[:, 1], ahead[:, 0])
+        joints = [
+            model.generate_like_data(
+                fine.labels[clips[part]], lengths[part], frames, generator, active=shares[clips[part]], headings=headings[part]
+            )
+            for part in (slice(start, start + PART) for start in range(0, len(clips), PART))
+        ]
+        return model.to_native(np.concatenate(joints))
 
-    return generate_families
+    return generate
 
 
 def recorded(dataset: ActionDataset) -> Generate:

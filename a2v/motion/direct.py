@@ -42,6 +42,8 @@ def make_motion(
 ) -> Motion:
     """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the ground (`settled`), then `edited`.
 
+    What is not directed begins where people get going, unlike recordings (`a2v.motion.beginnings`).
+
     Parameters
     ----------
     model : MotionModel
@@ -66,7 +68,7 @@ def make_motion(
     """
     after = dataclasses.replace(edit, speed=1.0)
     if direction is None:
-        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed, count=count, lengths=lengths)
+        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed, count=count, lengths=lengths, at_once=True)
         return edited(settled(made, model.card, [step.action for step in steps]), after)
     check_directed(model, steps, direction, count=count)
     return edited(_directed(model, steps, direction, frames=frames, fps=fps, seed=seed, speed=edit.speed, lengths=lengths), after)

@@ -127,6 +127,7 @@ class MotionModel:
         start: FloatArray | None = None,
         *,
         anew: bool = False,
+        at_once: bool = False,
         guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
@@ -164,12 +165,21 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew, guide=guide)
+        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew, at_once=at_once, guide=guide)
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations
 
-    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+    def generate_like_data(
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        frames: int,
+        generator: np.random.Generator,
+        *,
+        active: FloatArray | None = None,
+        headings: FloatArray | None = None,
+    ) -> FloatArray:
         """Joints (N, T, J, 3) float32, metres, that are distributed as the data's windows, ended clips that hold their last pose included.
 
         A step model learned such endings; a window model is told how long each clip moves, drawn from the data's
@@ -183,13 +193,16 @@ class MotionModel:
         frames : int
             At most one window.
         generator : numpy Generator
+        active, headings : (N,) float or None
+            For models of whole windows: how much of a window each clip moves, and which way it faces at first (radians about +y from +z) where headings
+            were not learned; drawn apart for each action's clips without.
 
         Raises
         ------
         InputError
             `frames` are more than a window.
         """
-        return self.sampler.generate_like_data(labels, lengths, frames, generator)
+        return self.sampler.generate_like_data(labels, lengths, frames, generator, active=active, headings=headings)
 
     def to_native(self, joints: FloatArray) -> FloatArray:
         """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at the origin.

@@ -12,6 +12,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, bone_vectors, inverse_kinematics
 from a2v.kinematics.ground import face_forward, heading
+from a2v.motion.beginnings import rests, shifted
 from a2v.motion.card import STATE_NAMES, StepCard, WindowCard
 from a2v.motion.steer import CodeReader, Guide, Steering
 from a2v.sessions import open_session, run_rows
@@ -67,9 +68,10 @@ class StepSampler:
         start: FloatArray | None,
         *,
         anew: bool = False,
+        at_once: bool = False,
         guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """See `MotionModel.generate`; `noise` is asked once, and `anew` says nothing: states go on. It cannot be guided."""
+        """See `MotionModel.generate`; `noise` is asked once, and `anew` and `at_once` say nothing: states go on. It cannot be guided."""
         if guide is not None:
             raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
         drawn = noise((*labels.shape, self.card.latent_size), 0)
@@ -79,8 +81,17 @@ class StepSampler:
             else self._continue(labels, noise=drawn, lengths=lengths, start=start)
         )
 
-    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
-        """See `MotionModel.generate_like_data`: how the data's clips end was learned."""
+    def generate_like_data(
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        frames: int,
+        generator: np.random.Generator,
+        *,
+        active: FloatArray | None = None,
+        headings: FloatArray | None = None,
+    ) -> FloatArray:
+        """See `MotionModel.generate_like_data`: how the data's clips end and head was learned, and cannot be asked for."""
         return self.generate(np.repeat(labels[:, None], frames, axis=1), lengths, normal_noise(generator), None)[0]
 
     def _continue(self, labels: IntArray, *, noise: FloatArray, lengths: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -196,6 +207,7 @@ class WindowSampler:
         start: FloatArray | None,
         *,
         anew: bool = False,
+        at_once: bool = False,
         guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """See `MotionModel.generate`: windows until all frames are there, `noise` asked for each.
@@ -216,19 +228,22 @@ class WindowSampler:
             share = np.array([self.active_share(int(k)) for k in label], dtype=np.float32)
             usable = max(round(float(share.min()) * self.card.window_frames), given + 4)
             while joints.shape[1] < end:
-                context, changing = None, anew and joints.shape[1] in changes and ahead.shape[1] > 0
-                if joints.shape[1] and not changing:
-                    context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
-                known, left = given if context is not None else 0, end - joints.shape[1]
-                take = left if left <= usable - known else max(usable - ENDING_FRAMES, given + 4) - known
+                begun = joints.shape[1]
+                changing = anew and begun in changes and ahead.shape[1] > 0
+                context = joints[:, np.maximum(np.arange(-given, 0) + begun, 0)] if begun and not changing else None
+                known, left = given if context is not None else 0, end - begun
                 run = functools.partial(
-                    self._window, label, active=share, noise=noise((count, self.card.latent_size), joints.shape[1]), lengths=lengths,
-                    context=context, before=(joints, ahead) if changing else None,
+                    self._window, label, active=share, noise=noise((count, self.card.latent_size), begun), lengths=lengths,
+                    context=context, before=(joints, ahead) if changing else None, usable=usable if at_once and guide is None else 0, floor=[],
                 )  # fmt: skip
                 if guide is None:
                     new, rotated = run()
+                    here = usable - (self.card.window_frames - new.shape[1])
                 else:
-                    take = guide.until(joints.shape[1], joints.shape[1] + take) - joints.shape[1]
+                    here = usable
+                take = left if left <= here - known else max(here - ENDING_FRAMES, given + 4) - known
+                if guide is not None:
+                    take = guide.until(begun, begun + take) - begun
                     new, rotated = _guided(run, guide, joints, known=known, take=take, skeleton=self.card.skeleton)
                 ahead = new[:, np.minimum(np.arange(known + take, known + take + fade), new.shape[1] - 1)]
                 joints = np.concatenate([joints, new[:, known : known + take]], axis=1)
@@ -242,18 +257,40 @@ class WindowSampler:
         *,
         context: FloatArray | None,
         before: tuple[FloatArray, FloatArray] | None,
+        usable: int,
+        floor: list[FloatArray],
         **given: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
-        """A whole window where it belongs: at its `context`, or after what was `before` and what would have come (see `crossfade`)."""
+        """A whole window where it belongs: at its `context`, or after what was `before` and what would have come (see `crossfade`).
+
+        One that nothing leads to, and of which `usable` frames move, is without what people stand still at first, and as much shorter; 0 keeps that.
+        `floor` is how much the first such window was lifted: those that are made again are lifted alike, or wishes for heights would be taken back.
+        """
         new, rotated = self.run(label, context=context, steering=steering, **given)
         if context is not None:
-            new = new + context[:, :1, :1]
+            return new + context[:, :1, :1], rotated
+        skip = np.zeros(len(new), dtype=np.int64)
+        if usable:
+            skip = np.minimum(rests(new, self.card.fps, usable), max(usable - self.card.context_frames - 4, 0))
+            new, rotated = shifted(new, skip), shifted(rotated, skip)
+            new = new - new[:, :1, :1]
         if before is not None:
-            new = crossfade(*before, new, self.card.skeleton)
+            floor[:] = floor or [lowest(before[0][:, -new.shape[1] :]) - lowest(new)]
+            new = crossfade(*before, new, self.card.skeleton, floor[0])
             rotated = inverse_kinematics(new, self.card.skeleton).astype(np.float32)
-        return new, rotated
+        whole = new.shape[1] - int(skip.max(initial=0))
+        return new[:, :whole], rotated[:, :whole]
 
-    def generate_like_data(self, labels: IntArray, lengths: FloatArray, frames: int, generator: np.random.Generator) -> FloatArray:
+    def generate_like_data(
+        self,
+        labels: IntArray,
+        lengths: FloatArray,
+        frames: int,
+        generator: np.random.Generator,
+        *,
+        active: FloatArray | None = None,
+        headings: FloatArray | None = None,
+    ) -> FloatArray:
         """See `MotionModel.generate_like_data`: how long each clip moves is drawn from the data's distribution for its action.
 
         Raises
@@ -263,13 +300,15 @@ class WindowSampler:
         """
         if frames > self.card.window_frames:
             raise InputError(f"{self.path.name} makes windows of {self.card.window_frames} frames; {frames} were asked for")
-        active = np.array([generator.choice(self.active_shares(int(label))) for label in labels])
+        if active is None:
+            active = np.array([generator.choice(self.active_shares(int(label))) for label in labels])
         noise = normal_noise(generator)((len(labels), self.card.latent_size), 0)
         joints = self.run(labels, active=active, noise=noise, lengths=lengths)[0][:, :frames]
         if not self.card.headings:
             return joints
-        away = np.array([generator.choice(self.card.headings[int(label)]) for label in labels])
-        turned: FloatArray = face_forward(joints, np.stack([np.cos(away), -np.sin(away)], axis=-1)).astype(np.float32)
+        if headings is None:
+            headings = np.array([generator.choice(self.card.headings[int(label)]) for label in labels])
+        turned: FloatArray = face_forward(joints, np.stack([np.cos(headings), -np.sin(headings)], axis=-1)).astype(np.float32)
         return turned
 
 
@@ -293,11 +332,17 @@ def _guided(
             return new, inverse_kinematics(new, skeleton).astype(np.float32)
 
 
-def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton) -> FloatArray:
+def lowest(joints: FloatArray) -> FloatArray:
+    """Height (N,) of the lowest joint of clips (N, T, J, 3)."""
+    found: FloatArray = joints[..., 1].min(axis=(1, 2)).astype(np.float64)
+    return found
+
+
+def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton: Skeleton, lift: FloatArray) -> FloatArray:
     """Clips `after` (N, T, J, 3) float32 that go on from `before` (N, S, J, 3): there, that way round, and from its poses into their own.
 
     Directions of bones and steps of the root are mixed while the clips before would go on as `ahead` (N, F, J, 3); bones keep the
-    lengths of `after`, and the lowest joint of both is at the same height.
+    lengths of `after`, whose heights are theirs and `lift` (N,): what brings the lowest joint of both to the same height.
     """
     fade, last = ahead.shape[1], before[:, -1].astype(np.float64)
     yaw = heading(last, skeleton) - heading(after[:, 0].astype(np.float64), skeleton)
@@ -308,8 +353,7 @@ def crossfade(before: FloatArray, ahead: FloatArray, after: FloatArray, skeleton
     steps = np.diff(new[:, :, 0], axis=1, prepend=2 * new[:, :1, 0] - new[:, 1:2, 0])
     steps[:, :fade] = (1 - weight) * old_steps + weight * steps[:, :fade]
     root = last[:, None, 0] + np.cumsum(steps, axis=1)
-    floor = before[:, -new.shape[1] :, :, 1].min(axis=(1, 2)) - new[..., 1].min(axis=(1, 2))
-    root[..., 1] = new[:, :, 0, 1] + floor[:, None]
+    root[..., 1] = new[:, :, 0, 1] + lift[:, None]
     root[:, :fade, 1] = (1 - weight[:, 0]) * ahead[:, :, 0, 1] + weight[:, 0] * root[:, :fade, 1]
     vectors, old = bone_vectors(new, skeleton), bone_vectors(ahead.astype(np.float64), skeleton)
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -121,6 +121,7 @@ def perform(
     count: int = 1,
     seed: int = 0,
     lengths: FloatArray | None = None,
+    at_once: bool = False,
     guide: Callable[[Moments], Guide] | None = None,
 ) -> Motion:
     """Clips of `steps` in turn, each as long as it says.
@@ -140,6 +141,8 @@ def perform(
     seed : int
     lengths : (J,) float or None
         Bone lengths, native units; the model's own without.
+    at_once : bool
+        Actions begin where people get going, see `MotionModel.generate`.
     guide : callable or None
         What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is led to.
 
@@ -158,8 +161,9 @@ def perform(
     body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
     noise = _noise_of(steps, starts, seed)
     joints, rotations = model.generate(
-        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True, guide=None if guide is None else guide(Moments(at, rate))
-    )
+        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True, at_once=at_once,
+        guide=None if guide is None else guide(Moments(at, rate)),
+    )  # fmt: skip
     motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=guide is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))

@@ -25,6 +25,8 @@ from a2v.evaluation.protocol import (
     scores_as_dict,
     scores_from_dict,
 )
+from a2v.kinematics.ground import face_forward, first_heading
+from a2v.motion import MotionModel
 from tests.support.motions import mirrored
 
 SETTINGS = EvaluationSettings(clips=60, repeats=3, state="zeros")
@@ -165,25 +167,53 @@ def test_a_classifier_of_other_actions_is_refused(setting):
         EvaluationSettings(clips=5)
 
 
-def test_families_are_asked_for_by_their_fine_actions_as_often_as_they_have_clips(monkeypatch):
+def test_families_are_asked_for_like_random_clips_of_theirs():
+    whole = mirrored(clips=8)
+    lengths = (20, 5, 8, 9, 10, 11, 12, 13)
+    away = np.linspace(-3, 3, 8)
+    turned = [
+        face_forward(joints[None, :length], np.array([[np.cos(a), -np.sin(a)]]))[0]
+        for joints, length, a in zip(whole.joints, lengths, away, strict=True)
+    ]
     fine = dataclasses.replace(
-        mirrored(clips=8), actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]),
-        traits=(("coarse:walk",), ("coarse:walk", "style:stiff"), ("coarse:jump",)),
+        whole, actions=("stroll", "march", "hop"), labels=np.array([0, 0, 0, 1, 0, 0, 2, 0]), joints=tuple(x.astype(np.float32) for x in turned),
+        traits=(("coarse:walk",), ("coarse:walk", "style:stiff"), ("coarse:jump",)), length=20,
     )  # fmt: skip
     asked = []
 
-    def note(model, frames):
-        def generate(labels, lengths, generator):
-            asked.append(labels)
+    class Noted:
+        def generate_like_data(self, labels, lengths, frames, generator, *, active, headings):
+            asked.append((labels, active, headings))
             return np.zeros((len(labels), frames, 20, 3), np.float32)
 
-        return generate
+        def to_native(self, joints):
+            return joints
 
-    monkeypatch.setattr("a2v.evaluation.protocol.generator_of", note)
-    generate = generator_of_families(None, fine, ("jump", "walk"), 20)
+    generate = generator_of_families(Noted(), fine, ("jump", "walk"), 20)
     made = generate(np.array([0, 1] * 300), np.zeros((600, 20)), np.random.default_rng(0))
     assert made.shape == (600, 20, 20, 3)
-    assert set(asked[0][::2]) == {2}  # the family "jump" has one action
-    assert np.mean(asked[0][1::2] == 1) == pytest.approx(1 / 7, abs=0.05)  # "march" has one of the seven clips of "walk"
+    labels, active, headings = (np.concatenate(part) for part in zip(*asked, strict=True))
+    assert set(labels[::2]) == {2}  # the family "jump" has one action
+    assert np.mean(labels[1::2] == 1) == pytest.approx(1 / 7, abs=0.05)  # "march" has one of the seven clips of "walk"
+    known = {(int(label), length / 20): joints for label, length, joints in zip(fine.labels, lengths, fine.joints, strict=True)}
+    for label, share, heading in zip(labels.tolist(), active.tolist(), headings.tolist(), strict=True):
+        ahead = first_heading(known[label, share][None], fine.skeleton)[0]  # of the clip that is as long
+        assert np.cos(heading) == pytest.approx(ahead[0], abs=1e-5)
+        assert np.sin(heading) == pytest.approx(ahead[1], abs=1e-5)
     with pytest.raises(InputError, match="no clips of 'fly'"):
-        generator_of_families(None, fine, ("fly",), 20)
+        generator_of_families(Noted(), fine, ("fly",), 20)
+
+
+def test_a_model_faces_and_lasts_as_it_is_told():
+    model = MotionModel.load("cmu-fine")
+    labels = np.full(6, model.label("Walk"))
+    headings = np.array([0, 1, 2, 3, -1, -2.0])
+    active = np.full(6, 0.3)
+    made = model.generate_like_data(
+        labels, np.tile(model.bone_lengths, (6, 1)), 100, np.random.default_rng(0), active=active, headings=headings
+    )
+    ahead = first_heading(made, model.skeleton)
+    away = np.angle(np.exp(1j * (np.arctan2(ahead[:, 1], ahead[:, 0]) - headings)))
+    assert np.abs(away).max() < 0.15
+    steps = np.linalg.norm(np.diff(made, axis=1), axis=-1).mean((0, 2))
+    assert steps[40:].max() < 0.2 * steps[:28].mean()  # the last pose is held

@@ -1,0 +1,35 @@
+"""How clips and actions begin: recordings start before people do, and whoever asks for an action wants to see it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from a2v.types import FloatArray, IntArray
+
+RESTING = 0.25
+"""Joints that are slower in the mean than this, of the upper quartile of a clip's speeds, rest."""
+
+LEAD_SECONDS = 1 / 3
+"""How long somebody who gets going stays in sight before."""
+
+
+def rests(joints: FloatArray, fps: float, usable: int) -> IntArray:
+    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames, can do without at their beginning: people stand there.
+
+    All but `LEAD_SECONDS` of them, which are how people get going.
+    """
+    if min(usable, joints.shape[1]) < 2:
+        return np.zeros(len(joints), dtype=np.int64)
+    speeds = np.linalg.norm(np.diff(joints[:, :usable].astype(np.float64), axis=1), axis=-1).mean(axis=-1)
+    even = uniform_filter1d(speeds, max(1, round(fps / 4)), axis=1, mode="nearest")
+    going = (even > RESTING * np.quantile(even, 0.75, axis=1, keepdims=True)).argmax(axis=1)
+    found: IntArray = np.maximum(going - round(LEAD_SECONDS * fps), 0)
+    return found
+
+
+def shifted(frames: FloatArray, by: IntArray) -> FloatArray:
+    """Clips (N, T, ...) without their first `by` (N,) frames, as long as they were: their last frame is held."""
+    at = np.minimum(np.arange(frames.shape[1]) + by[:, None], frames.shape[1] - 1)
+    moved: FloatArray = frames[np.arange(len(frames))[:, None], at]
+    return moved

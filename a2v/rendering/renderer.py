@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.geometry.colors import linear_to_srgb, to_bytes
+from a2v.geometry.colors import srgb_bytes
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.cutout import LUMINANCE, Cutout, behind, continued
 from a2v.rendering.denoising import Layers, denoise, denoise_parts
@@ -240,9 +240,9 @@ class Renderer:
             `vertices` has another shape than the surface's or holds NaN.
         """
         if self.settings.background == "stage":
-            return to_bytes(linear_to_srgb(self.linear(vertices, camera)[self.settings.window]))
+            return srgb_bytes(self.linear(vertices, camera)[self.settings.window])
         cut = self.cutout(vertices, camera)
-        picture = cut.rgba() if self._behind is None else to_bytes(linear_to_srgb(cut.over(self._behind)))
+        picture = cut.rgba() if self._behind is None else srgb_bytes(cut.over(self._behind))
         return picture[self.settings.window]
 
     def mask(self, vertices: FloatArray, camera: ViewCamera, *, samples: int = 64) -> FloatArray:

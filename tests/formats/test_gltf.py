@@ -1,15 +1,17 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from a2v import Character, InputError, Surface
 from a2v.animation import RIGS, ArapDeformer, deform, prepare_rig, retarget
 from a2v.formats import read_motion
-from a2v.formats.gltf import write_glb, write_morph_glb
+from a2v.formats.gltf import Gltf, write_glb, write_morph_glb
 from a2v.formats.obj_ply import write_obj, write_ply
 from tests.support.glb import Glb, validate
 
@@ -150,3 +152,14 @@ def test_every_rig_is_valid_and_moves_like_its_frames(
     assert [glb.json["nodes"][joint]["name"] for joint in glb.json["skins"][0]["joints"]] == list(person.body.bone_names)
     for name, frame in (("walk", 5), ("cartwheel", 12)):
         np.testing.assert_allclose(glb.animated(name, frame), deform(person, moves[name][0][frame]), atol=2e-4)
+
+
+@pytest.mark.parametrize("form", ["JPEG", "PNG", "WEBP"])
+def test_textures_of_other_programs_are_read(form: str) -> None:
+    stream = io.BytesIO()
+    Image.fromarray(np.full((4, 6, 3), 120, np.uint8)).save(stream, form)
+    binary = stream.getvalue()
+    content = {"images": [{"bufferView": 0}], "bufferViews": [{"buffer": 0, "byteLength": len(binary)}], "buffers": [{"byteLength": len(binary)}]}
+    assert np.abs(Gltf(Path("a.glb"), content, binary).image(0).astype(int) - 120).max() <= 1
+    with pytest.raises(InputError, match="no readable JPEG, PNG or WebP"):
+        Gltf(Path("a.glb"), content, b"GIF89a" + binary[6:]).image(0)

@@ -94,12 +94,12 @@ class Gltf:
             raise self.fail(f"image {index} is not inside the file")
         start, length, _ = self.view(source["bufferView"])
         try:
-            with Image.open(io.BytesIO(self.binary[start : start + length]), formats=("JPEG", "PNG")) as picture:
+            with Image.open(io.BytesIO(self.binary[start : start + length]), formats=("JPEG", "PNG", "WEBP")) as picture:
                 if max(picture.size) > MAX_IMAGE_SIDE:
                     raise self.fail(f"image {index} is {picture.width} x {picture.height} pixels; at most {MAX_IMAGE_SIDE} are read")
                 return np.asarray(picture.convert("RGB"))
         except OSError as error:
-            raise self.fail(f"image {index} is no readable JPEG or PNG ({error})") from error
+            raise self.fail(f"image {index} is no readable JPEG, PNG or WebP ({error})") from error
 
     def node_matrices(self) -> tuple[FloatArray, list[int]]:
         """World matrices (N, 4, 4) float64 of the nodes as the file poses them, and each node's parent (-1: none)."""

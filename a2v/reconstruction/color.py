@@ -189,7 +189,7 @@ def _continued(
     face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(parts))
     seen = Seen(
         vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=parts,
-        front=seen_before(pixels, known, parts),        neighbors=_nearest_vertices(vertices, settings.neighbors), skin=skin, face=face,
+        front=seen_before(pixels, known, parts), neighbors=_nearest_vertices(vertices, settings.neighbors), skin=skin, face=face,
     )  # fmt: skip
     return continue_photo(seen, faces, normals, photo.clean, photo.camera)
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from a2v.animation.curves import bridged
 from a2v.animation.hands import turn_bones
-from a2v.animation.rig import SIDES, Rig, place, subtree
+from a2v.animation.rig import SIDES, Rig, place
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.ground import smoothed
+from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
 if TYPE_CHECKING:

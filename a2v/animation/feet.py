@@ -9,8 +9,9 @@ import numpy as np
 
 from a2v.animation.contacts import ContactSettings, find_contacts
 from a2v.animation.curves import bridged, eased, near, runs
-from a2v.animation.rig import Rig, subtree
+from a2v.animation.rig import Rig
 from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat, swing_between
+from a2v.kinematics.skeleton import subtree
 from a2v.types import BoolArray, FloatArray
 
 _MARGIN = 0.003

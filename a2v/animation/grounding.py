@@ -7,7 +7,8 @@ import numpy as np
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.curves import eased, speed_of
 from a2v.animation.feet import carry_pelvis, keep_clear, needed_drop, plan_foot, reach_plan
-from a2v.animation.rig import SIDES, Rig, joints_of, place, sole_points, subtree
+from a2v.animation.rig import SIDES, Rig, joints_of, place, sole_points
+from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray
 
 

@@ -13,11 +13,12 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from a2v.animation.rig import SIDES, Rig, subtree
+from a2v.animation.rig import SIDES, Rig
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.kinematics.ground import smoothed
+from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
 HandPose = Literal["rest", "relaxed", "flat", "grip", "hold", "fist", "point", "graceful"]

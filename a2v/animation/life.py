@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.animation.hands import HAND_POSES, hands_of, pose_hands, turn_bones, turn_palms
-from a2v.animation.rig import SIDES, Rig, subtree
+from a2v.animation.rig import SIDES, Rig
 from a2v.errors import InputError
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.ground import smoothed
+from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, Motion
 
 AHEAD_SECONDS = 0.3

@@ -11,6 +11,7 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.kinematics import rotvec_to_rotmat, skeleton_of, swing_between
 from a2v.kinematics.names import canonical_joints, missing_joints
 from a2v.kinematics.orientations import rotmats_to_chain
+from a2v.kinematics.skeleton import subtree
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Motion
 
 SIDES: tuple[str, str] = ("left", "right")
@@ -145,15 +146,6 @@ def sole_points(transforms: FloatArray, rig: Rig, side: str) -> FloatArray:
     bone = rig.bones[f"{side}_ankle"]
     points: FloatArray = rig.soles[side][1] @ np.swapaxes(transforms[:, bone, :3, :3], 1, 2) + transforms[:, bone, None, :3, 3]
     return points
-
-
-def subtree(parents: IntArray, bone: int) -> list[int]:
-    """A bone and all that hang on it, parents first."""
-    found = [bone]
-    for other in range(bone + 1, len(parents)):
-        if int(parents[other]) in found:
-            found.append(other)
-    return found
 
 
 def _between(parents: IntArray, start: int | None, end: int | None) -> list[int]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
-from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Subject
+from a2v.kinematics.skeleton import subtree
+from a2v.types import Body, FloatArray, OrthographicCamera, Subject
 
 SIDES = {"left": ".L", "right": ".R"}
 # angles of a finger from the body's straight, spread ones, radians: (lowest, relaxed, highest, how far a hand is from relaxed)
@@ -67,7 +68,7 @@ class _Hand:
         self.wrist = body.bone_names.index(f"wrist{letter}")
         self.fingers = [[body.bone_names.index(f"finger{finger}-{joint}{letter}") for joint in (1, 2, 3)] for finger in (1, 2, 3, 4, 5)]
         self.tips = body.bone_tails[[bones[2] for bones in self.fingers]].astype(np.float64)
-        self.below = _descendants(body.bone_parents, [self.wrist])
+        self.below = subtree(body.bone_parents, self.wrist)
         heads = body.bone_transforms[:, :3, 3].astype(np.float64)
         knuckles = heads[[bones[0] for bones in self.fingers[1:]]]
         self.along = unit(knuckles[1] - heads[self.wrist])
@@ -146,15 +147,6 @@ def _turn(out: FloatArray, tip: FloatArray, bones: Sequence[int], place: int, tu
         out[bone, :3, :3] = turn @ out[bone, :3, :3]
         out[bone, :3, 3] = centre + turn @ (out[bone, :3, 3] - centre)
     tip[:] = centre + turn @ (tip - centre)
-
-
-def _descendants(parents: IntArray, roots: Sequence[int]) -> IntArray:
-    """The bones `roots` and all below them."""
-    chosen = np.zeros(len(parents), bool)
-    chosen[list(roots)] = True
-    for bone, parent in enumerate(parents):  # parents first
-        chosen[bone] |= parent >= 0 and bool(chosen[parent])
-    return np.flatnonzero(chosen)
 
 
 def _reskinned(body: Body, transforms: FloatArray) -> Body:

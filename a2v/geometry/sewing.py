@@ -76,3 +76,39 @@ def sew(vertices: FloatArray, outer: IntArray, inner: IntArray) -> IntArray:
             strip.append((a[i], b[j], b[j - 1]))
             j -= 1
     return np.array(strip, dtype=np.int64)
+
+
+def sew_in(
+    vertices: FloatArray, staying: IntArray, hole: IntArray, patch: FloatArray, patch_faces: IntArray, rim: IntArray
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """A patch sewn into the hole of a surface.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+        Of the surface.
+    staying : (F, 3) int
+        Its faces that are kept.
+    hole : (n,) int
+        Their border, as `border_loops` gives it.
+    patch : (K, 3)
+        Vertices of the patch.
+    patch_faces : (G, 3) int
+        Into `patch`.
+    rim : (m,) int
+        Into `patch`, in order: its border.
+
+    Returns
+    -------
+    vertices : (N, 3)
+        First what is kept of the surface, then the patch.
+    faces : (M, 3) int
+    kept : (n,) int
+        Vertices of the surface that are kept.
+    """
+    kept = np.unique(staying)
+    place = np.full(len(vertices), -1)
+    place[kept] = np.arange(len(kept))
+    every = np.concatenate([vertices[kept], patch])
+    strip = sew(every, place[hole][::-1], len(kept) + rim)
+    return every, np.concatenate([place[staying], strip, len(kept) + patch_faces]), kept

@@ -216,3 +216,12 @@ def skeleton_of(name: str, parents: Sequence[int], joint_names: Sequence[str]) -
     if known is not None and known.parents.tolist() == list(parents):
         return known
     return skeleton_from_parents(list(parents), joint_names, name=name)
+
+
+def subtree(parents: IntArray, bone: int) -> list[int]:
+    """A bone and all that hang on it, parents first."""
+    found = [bone]
+    for other in range(bone + 1, len(parents)):
+        if int(parents[other]) in found:
+            found.append(other)
+    return found

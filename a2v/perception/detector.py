@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from typing_extensions import Self
 
 from a2v.types import BoolArray, ByteArray, FloatArray
 
@@ -66,7 +67,49 @@ def silenced() -> Iterator[None]:
         os.close(nowhere)
 
 
-class Detector:
+class Solution:
+    """A graph of mediapipe with the models of its wheel; use as a context manager."""
+
+    _graph: Any = None
+
+    def _made(self, solutions: Any) -> Any:
+        """The graph, out of ``mediapipe.solutions``."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        os.environ.setdefault("GLOG_minloglevel", "3")
+        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+        with silenced():
+            import mediapipe as mp
+
+            self._graph = self._made(mp.solutions)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with silenced():
+            self._graph.close()
+
+
+def cut_square(image: ByteArray, middle: FloatArray, half: float, pixels: int) -> tuple[ByteArray, float]:
+    """A square of `image` (H, W, 3) around `middle` (2,), `half` its side, both in pixels; (pixels, pixels, 3), and its pixels per pixel of the image."""
+    import cv2
+
+    scale = pixels / (2 * half)
+    shift = pixels / 2 - scale * middle + (scale - 1) / 2  # warpAffine counts from the centre of the first pixel
+    matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
+    flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    return np.asarray(cv2.warpAffine(image, matrix, (pixels, pixels), flags=flags, borderMode=cv2.BORDER_REPLICATE)), scale
+
+
+def from_square(points: FloatArray, middle: FloatArray, scale: float, pixels: int) -> FloatArray:
+    """Points (n, 3) of u, v and depth in a square of `cut_square` as those of the image."""
+    found = points.copy()
+    found[:, :2] = (points[:, :2] - pixels / 2) / scale + middle
+    found[:, 2] = points[:, 2] / scale
+    return found
+
+
+class Detector(Solution):
     """Mediapipe's pose graph with the bundled models (complexity 1); use as a context manager.
 
     Parameters
@@ -77,22 +120,11 @@ class Detector:
 
     def __init__(self, confidence: float = 0.5) -> None:
         self.confidence = confidence
-        self._graph: Any = None
 
-    def __enter__(self) -> Detector:
-        os.environ.setdefault("GLOG_minloglevel", "3")
-        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-        with silenced():
-            import mediapipe as mp
-
-            self._graph = mp.solutions.pose.Pose(
-                static_image_mode=True, model_complexity=1, enable_segmentation=True, min_detection_confidence=self.confidence
-            )
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with silenced():
-            self._graph.close()
+    def _made(self, solutions: Any) -> Any:
+        return solutions.pose.Pose(
+            static_image_mode=True, model_complexity=1, enable_segmentation=True, min_detection_confidence=self.confidence
+        )
 
     def one(self, picture: ByteArray) -> Detection | None:
         """The most conspicuous person of `picture` (H, W, 3) uint8, or None."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 
-from a2v.perception.detector import silenced
+from a2v.perception.detector import Solution, cut_square, from_square, silenced
 from a2v.types import ByteArray, FloatArray
 
 FACE_POINTS = 478
@@ -24,27 +23,15 @@ GLANCES = (
 """Squares at which a face is looked at: to the right, down, and how large, in halves of the square."""
 
 
-class FaceDetector:
+class FaceDetector(Solution):
     """Mediapipe's face mesh with irises; use as a context manager."""
 
-    def __init__(self) -> None:
-        self._graph: Any = None
-
-    def __enter__(self) -> FaceDetector:
-        os.environ.setdefault("GLOG_minloglevel", "3")
-        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-        with silenced():
-            import mediapipe as mp
-
-            self._graph = mp.solutions.face_mesh.FaceMesh(
-                static_image_mode=True, refine_landmarks=True, max_num_faces=1, min_detection_confidence=0.4
-            )
-            self._graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with silenced():
-            self._graph.close()
+    def _made(self, solutions: Any) -> Any:
+        graph = solutions.face_mesh.FaceMesh(
+            static_image_mode=True, refine_landmarks=True, max_num_faces=1, min_detection_confidence=0.4
+        )
+        graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
+        return graph
 
     def one(self, picture: ByteArray) -> FloatArray | None:
         """Landmarks (478, 3) float32 of the face in `picture` (H, W, 3) uint8, or None: u, v, pixels, and depth in them, larger is nearer."""
@@ -104,19 +91,12 @@ def look_closely(image: ByteArray, middle: FloatArray, half: float) -> FloatArra
     (478, 3) float32 or None
         As of `find_face`; None where fewer than half of the glances see a face.
     """
-    import cv2
-
     seen = []
     with FaceDetector() as detector:
         for across, down, size in GLANCES:
             place = np.asarray(middle, np.float64) + half * np.array([across, down])
-            scale = CROP / (2 * half * size)
-            shift = CROP / 2 - scale * place + (scale - 1) / 2  # warpAffine counts from the centre of the first pixel
-            matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
-            flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-            points = detector.one(cv2.warpAffine(image, matrix, (CROP, CROP), flags=flags, borderMode=cv2.BORDER_REPLICATE))
+            picture, scale = cut_square(image, place, half * size, CROP)
+            points = detector.one(picture)
             if points is not None:
-                points[:, :2] = (points[:, :2] - CROP / 2) / scale + place
-                points[:, 2] /= scale
-                seen.append(points)
+                seen.append(from_square(points, place, scale, CROP))
     return np.median(seen, axis=0).astype(np.float32) if len(seen) > len(GLANCES) / 2 else None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 
 from a2v.kinematics.names import LANDMARK_INDEX
-from a2v.perception.detector import silenced
+from a2v.perception.detector import Solution, cut_square, from_square, silenced
 from a2v.types import ByteArray, FloatArray
 
 HAND_POINTS = 21
@@ -23,25 +22,13 @@ _FAR = 1.0
 """Where the wrist is farther off than so many lengths of the palm, the hand that is seen is another."""
 
 
-class HandDetector:
+class HandDetector(Solution):
     """Mediapipe's hands; use as a context manager."""
 
-    def __init__(self) -> None:
-        self._graph: Any = None
-
-    def __enter__(self) -> HandDetector:
-        os.environ.setdefault("GLOG_minloglevel", "3")
-        os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
-        with silenced():
-            import mediapipe as mp
-
-            self._graph = mp.solutions.hands.Hands(static_image_mode=True, max_num_hands=1, model_complexity=1, min_detection_confidence=0.4)
-            self._graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with silenced():
-            self._graph.close()
+    def _made(self, solutions: Any) -> Any:
+        graph = solutions.hands.Hands(static_image_mode=True, max_num_hands=1, model_complexity=1, min_detection_confidence=0.4)
+        graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
+        return graph
 
     def one(self, picture: ByteArray) -> tuple[FloatArray, str, float] | None:
         """The hand in `picture` (H, W, 3) uint8, or None.
@@ -103,19 +90,13 @@ def _square(keypoints: FloatArray, side: str) -> tuple[FloatArray, FloatArray, f
 
 
 def _look(detector: HandDetector, image: ByteArray, side: str, wrist: FloatArray, middle: FloatArray, half: float) -> FloatArray | None:
-    import cv2
-
     seen = []
     for size in GLANCES:
-        scale = CROP / (2 * half * size)
-        shift = CROP / 2 - scale * middle.astype(np.float64) + (scale - 1) / 2  # warpAffine counts from the centre of the first pixel
-        matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
-        flags = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
-        hand = detector.one(cv2.warpAffine(image, matrix, (CROP, CROP), flags=flags, borderMode=cv2.BORDER_REPLICATE))
+        picture, scale = cut_square(image, middle.astype(np.float64), half * size, CROP)
+        hand = detector.one(picture)
         if hand is None or hand[1] != side:
             continue
-        points = hand[0] / scale
-        points[:, :2] += middle - CROP / 2 / scale
+        points = from_square(hand[0], middle, scale, CROP)
         length = float(np.linalg.norm(points[[5, 9, 13, 17], :3].mean(axis=0) - points[0]))
         if np.linalg.norm(points[0, :2] - wrist) < _FAR * max(length, LEAST_HAND):
             seen.append(points)

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body.fingers import SIDES
 from a2v.geometry.mesh import border_loops
-from a2v.geometry.sewing import sew, single_rim
+from a2v.geometry.sewing import sew_in, single_rim
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction
 
-SIDES = {"left": ".L", "right": ".R"}
 _BEYOND = 0.012
 """The patch begins so far beyond the wrist, metres along the hand."""
 _GAP = 0.008
@@ -128,19 +128,14 @@ def _sewn(person: Reconstruction, body: Body, letter: str) -> Reconstruction | N
     covered = _covered(vertices, body, patch, wrist)
     if covered is None:
         return None
-    staying = single_rim(faces, ~covered[faces].any(axis=1))
-    loops = border_loops(faces[staying])
+    staying = faces[single_rim(faces, ~covered[faces].any(axis=1))]
+    loops = border_loops(staying)
     if len(loops) != 1 or len(loops[0]) < _LEAST_RIM or np.linalg.norm(vertices[loops[0]] - wrist, axis=1).max() > _AROUND:
         return None
     placed = _fitted(body.vertices[patch.vertices].astype(np.float64), patch, vertices[loops[0]])
     if placed is None:
         return None
-    kept = np.unique(faces[staying])
-    place = np.full(len(vertices), -1)
-    place[kept] = np.arange(len(kept))
-    every = np.concatenate([vertices[kept], placed])
-    strip = sew(every, place[loops[0]][::-1], len(kept) + patch.rim)
-    made = np.concatenate([place[faces[staying]], strip, len(kept) + patch.faces])
+    every, made, kept = sew_in(vertices, staying, loops[0], placed, patch.faces, patch.rim)
     return _joined(person, every, made, kept, patch.vertices)
 
 

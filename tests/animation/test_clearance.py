@@ -10,8 +10,9 @@ import pytest
 from a2v.animation import RetargetSettings, retarget
 from a2v.animation.clearance import arm_depth, clear_arms
 from a2v.animation.hands import turn_bones
-from a2v.animation.rig import Rig, rig_of, subtree
+from a2v.animation.rig import Rig, rig_of
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.kinematics.skeleton import subtree
 from a2v.types import Body
 from tests.support.motions import person
 

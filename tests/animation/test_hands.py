@@ -10,9 +10,10 @@ import pytest
 from a2v.animation import RetargetSettings, retarget
 from a2v.animation.hands import FINGERS, HAND_POSES, Hand, finger_bones, hands_of, pose_hands, turn_bones, turn_palms
 from a2v.animation.life import STILL
-from a2v.animation.rig import SIDES, Rig, rig_of, subtree
+from a2v.animation.rig import SIDES, Rig, rig_of
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
+from a2v.kinematics.skeleton import subtree
 from a2v.types import Body
 from tests.support.motions import person
 

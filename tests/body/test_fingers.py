@@ -9,22 +9,11 @@ import pytest
 
 from a2v.body import bend_fingers
 from a2v.body.fingers import _Hand
-from a2v.types import Body, OrthographicCamera, Subject
+from a2v.types import Body, OrthographicCamera
+from tests.support.subjects import blank_subject
 
 CAMERA = OrthographicCamera(scale=600.0, center_u=600.0, center_v=1100.0)
 LETTERS = (".L", ".R")
-
-
-def subject(hands: np.ndarray | None) -> Subject:
-    return Subject(
-        image=np.zeros((8, 8, 3), np.uint8),
-        mask=np.ones((8, 8), np.float32),
-        keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.zeros((33, 3), np.float32),
-        crop=(0, 0, 8, 8),
-        photo_size=(8, 8),
-        hands=hands,
-    )
 
 
 def landmarks(points: np.ndarray) -> np.ndarray:
@@ -52,7 +41,7 @@ def test_landmarks_bend_fingers(body: Body, fist: float) -> None:
         angles[:3] = [0.1, -0.15, 0.1]
         places.append(hand.points(body.bone_transforms.astype(np.float64), angles))
         wanted[row] = landmarks(places[-1])
-    bent = bend_fingers(body, subject(wanted), CAMERA)
+    bent = bend_fingers(body, blank_subject(hands=wanted), CAMERA)
     for letter, there in zip(LETTERS, places, strict=True):
         off = np.linalg.norm(points_of(bent, letter) - there, axis=1)
         straight = np.linalg.norm(points_of(body, letter) - there, axis=1)
@@ -63,7 +52,7 @@ def test_landmarks_bend_fingers(body: Body, fist: float) -> None:
 def test_an_unseen_hand_is_relaxed(body: Body) -> None:
     wanted = np.zeros((2, 21, 4), np.float32)
     wanted[0] = landmarks(points_of(body, ".L"))
-    both, left = bend_fingers(body, subject(None), CAMERA), bend_fingers(body, subject(wanted), CAMERA)
+    both, left = bend_fingers(body, blank_subject(hands=None), CAMERA), bend_fingers(body, blank_subject(hands=wanted), CAMERA)
     right = [body.bone_names.index(f"finger{finger}-{joint}.R") for finger in range(1, 6) for joint in (1, 2, 3)]
     assert both.bone_transforms[right] == pytest.approx(left.bone_transforms[right], abs=1e-6)
     spread = [np.linalg.norm(points_of(made, ".R")[8] - points_of(made, ".R")[20]) for made in (body, both)]
@@ -74,7 +63,7 @@ def test_an_unseen_hand_is_relaxed(body: Body) -> None:
 
 
 def test_only_hands_move_and_the_skin_follows_its_bones(body: Body) -> None:
-    bent = bend_fingers(body, subject(None), CAMERA)
+    bent = bend_fingers(body, blank_subject(hands=None), CAMERA)
     moved = np.linalg.norm(bent.vertices - body.vertices, axis=1)
     hands = [bone for bone, name in enumerate(body.bone_names) if name.startswith(("wrist", "finger", "metacarpal"))]
     share = body.weights[:, hands].sum(axis=1)
@@ -88,4 +77,4 @@ def test_only_hands_move_and_the_skin_follows_its_bones(body: Body) -> None:
 
 def test_another_body_keeps_its_hands(body: Body) -> None:
     other = dataclasses.replace(body, model="smpl")
-    assert bend_fingers(other, subject(None), CAMERA) is other
+    assert bend_fingers(other, blank_subject(hands=None), CAMERA) is other

@@ -20,6 +20,7 @@ from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
 from a2v.types import Body, Character, Face, OrthographicCamera, Reconstruction, Subject, Surface
+from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
 
 CAMERA = OrthographicCamera(scale=2048 / 1.8, center_u=1024.0, center_v=1990.0)
@@ -40,15 +41,7 @@ def photographed(body: Body, *, turned: float = 0.0) -> Subject:
         cosine * away[:, 2] - sine * away[:, 0],
     )
     face = np.concatenate([CAMERA.project(points), CAMERA.scale * points[:, 2:]], axis=1)
-    return Subject(
-        image=np.zeros((2048, 2048, 3), np.uint8),
-        mask=np.ones((2048, 2048), np.float32),
-        keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.zeros((33, 3), np.float32),
-        crop=(0, 0, 2048, 2048),
-        photo_size=(2048, 2048),
-        face=face.astype(np.float32),
-    )
+    return blank_subject(2048, face=face.astype(np.float32))
 
 
 @pytest.fixture(scope="module")

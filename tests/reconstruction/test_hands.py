@@ -13,26 +13,16 @@ from a2v.body import bend_fingers
 from a2v.geometry.mesh import is_closed
 from a2v.reconstruction import HandSettings, add_hands
 from a2v.reconstruction.hands import hand_patch
-from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
+from a2v.types import Body, OrthographicCamera, Reconstruction
+from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
 
 CAMERA = OrthographicCamera(scale=500.0, center_u=500.0, center_v=950.0)
 
 
-def without_hands() -> Subject:
-    return Subject(
-        image=np.zeros((8, 8, 3), np.uint8),
-        mask=np.ones((8, 8), np.float32),
-        keypoints=np.zeros((33, 3), np.float32),
-        keypoints_3d=np.zeros((33, 3), np.float32),
-        crop=(0, 0, 8, 8),
-        photo_size=(8, 8),
-    )
-
-
 @pytest.fixture(scope="module")
 def relaxed(body: Body) -> Body:
-    return bend_fingers(body, without_hands(), CAMERA)
+    return bend_fingers(body, blank_subject(), CAMERA)
 
 
 @pytest.fixture(scope="module")

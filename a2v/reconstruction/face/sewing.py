@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.geometry.mesh import border_loops
-from a2v.geometry.sewing import sew, single_rim
+from a2v.geometry.sewing import sew_in, single_rim
 from a2v.reconstruction.face.patch import Patch
 from a2v.types import BoolArray, FloatArray, IntArray, Surface
 
@@ -40,18 +40,11 @@ def cut_and_sew(
     """
     vertices, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.int64)
     covered = _covered(vertices, bent, body_faces, patch)
-    staying = single_rim(faces, ~covered[faces].any(axis=1))
-    kept = np.unique(faces[staying])
-    nothing = None, faces, kept, np.zeros(0, np.int64)
-    loops = border_loops(faces[staying])
+    staying = faces[single_rim(faces, ~covered[faces].any(axis=1))]
+    loops = border_loops(staying)
     if not loops or len(loops[0]) < 12 or len(loops) > 1:
-        return nothing
-    place = np.full(len(vertices), -1)
-    place[kept] = np.arange(len(kept))
-    rim = len(kept) + patch.rim
-    every = np.concatenate([vertices[kept], bent[patch.vertices]])
-    strip = sew(every, place[loops[0]][::-1], rim)
-    made = np.concatenate([place[faces[staying]], strip, len(kept) + patch.faces])
+        return None, faces, np.unique(staying), np.zeros(0, np.int64)
+    every, made, kept = sew_in(vertices, staying, loops[0], bent[patch.vertices], patch.faces, patch.rim)
     return every, made, kept, len(kept) + np.arange(len(patch.vertices))
 
 

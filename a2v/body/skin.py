@@ -19,10 +19,20 @@ def outer_skin(body: Body) -> tuple[FloatArray, IntArray, IntArray]:
     parts : (S,) int8
         Body part of each vertex, an index into `a2v.body.PARTS`.
     """
-    faces = np.asarray(body.faces, np.int64)
-    piece = piece_of_faces(len(body.vertices), faces)
-    own = faces[piece == np.bincount(piece).argmax()]
+    own = _largest_piece(len(body.vertices), body.faces)
     kept = np.zeros(len(body.vertices), bool)
     kept[own.ravel()] = True
     number = np.cumsum(kept) - 1
     return np.asarray(body.vertices, np.float64)[kept], number[own], np.asarray(body.parts)[kept]
+
+
+def skin_vertices(count: int, faces: IntArray) -> IntArray:
+    """Which of a mesh's `count` vertices `outer_skin` keeps, (S,) int64 and rising; `faces` (F, 3)."""
+    return np.unique(_largest_piece(count, faces))
+
+
+def _largest_piece(count: int, faces: IntArray) -> IntArray:
+    """The faces (G, 3) int64 of the largest connected piece, by faces, of a mesh of `count` vertices."""
+    faces = np.asarray(faces, np.int64)
+    piece = piece_of_faces(count, faces)
+    return np.asarray(faces[piece == np.bincount(piece).argmax()])

@@ -11,10 +11,38 @@ import numpy as np
 
 from a2v.geometry.rays import Hits, RayScene, SideView, facing, pixel_rays, scattered
 from a2v.studio.lighting import Light, Shadows, background, cast_shadows, develop, highlights, irradiance
-from a2v.studio.scene import Scene
+from a2v.studio.scene import Sitting
 from a2v.studio.texture import sample_bilinear, texture_at
 from a2v.studio.view import MAP_SIZE, PHOTO_SIZE
 from a2v.types import ByteArray, FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """How finely a photograph is taken.
+
+    Attributes
+    ----------
+    size : int
+        Side of the photo, pixels; the scene's camera is of these.
+    shadows : int
+        Side of the map of shadows, pixels; `size` is a multiple of it.
+    rays, lamp_rays : int
+        At each pixel of that map towards the environment, and towards each lamp.
+    blur, lamp_blur : float
+        Standard deviations of the smoothing that takes out their noise, pixels of that map.
+    """
+
+    size: int = PHOTO_SIZE
+    shadows: int = MAP_SIZE
+    rays: int = 6
+    lamp_rays: int = 3
+    blur: float = 2.2
+    lamp_blur: float = 1.4
+
+
+FILM = Film()
+"""Of the reconstruction's views."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +52,8 @@ class Lit:
     Attributes
     ----------
     light : Light
-    shadows : (512, 512, 1 + lamps) float32
-        Shares of the environment's and of each lamp's light that reach what each pixel of the maps sees, smoothed.
+    shadows : (S, S, 1 + lamps) float32
+        Shares of the environment's and of each lamp's light that reach what each pixel of the film's map of shadows sees, smoothed.
     gain : (3,) float
         Linear RGB: the irradiance over pi, mean over the person, after exposure and white balance.
     """
@@ -37,41 +65,42 @@ class Lit:
 
 @dataclass(frozen=True, eq=False)
 class Photograph:
-    """A photo (1024, 1024, 3) uint8 sRGB, its mask (1024, 1024) uint8, 255 inside and soft at the rim, and the quality of its JPEG in per cent."""
+    """A photo (H, H, 3) uint8 sRGB, its mask (H, H) uint8, 255 inside and soft at the rim, and the quality of its JPEG in per cent."""
 
     image: ByteArray
     mask: ByteArray
     quality: int
 
 
-def light_scene(rays: RayScene, scene: Scene, fore: SideView, generator: np.random.Generator) -> Lit:
+def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.random.Generator, film: Film = FILM) -> Lit:
     """Draw a light, and expose for it.
 
     Parameters
     ----------
     rays : RayScene
         Of the person.
-    scene : Scene
+    scene : Sitting
     fore : SideView
-        The person from the front, 512 pixels a side.
+        The person from the front, ``film.shadows`` pixels a side.
     generator : numpy Generator
+    film : Film
     """
     import cv2
 
     light = Light.draw(generator)
-    hit = fore.hits.hit
-    grid = (np.arange(MAP_SIZE) + 0.5) * PHOTO_SIZE / MAP_SIZE
+    hit, side = fore.hits.hit, film.shadows
+    grid = (np.arange(side) + 0.5) * film.size / side
     pixels = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)[hit]
     points = np.asarray(scene.camera.unproject(pixels, fore.depth.ravel()[hit]), np.float32)
     normals = fore.normals.reshape(-1, 3)[hit]
-    found = cast_shadows(rays, points, normals, light, generator)
-    shares = np.zeros((MAP_SIZE * MAP_SIZE, 1 + len(light.lamps)), np.float32)
+    found = cast_shadows(rays, points, normals, light, generator, rays=film.rays, lamp_rays=film.lamp_rays)
+    shares = np.zeros((side * side, 1 + len(light.lamps)), np.float32)
     shares[hit, 0] = found.ambient
     shares[hit, 1:] = found.lamps.T
-    weight = hit.astype(np.float32).reshape(MAP_SIZE, MAP_SIZE)
-    smooth = np.empty((MAP_SIZE, MAP_SIZE, shares.shape[1]), np.float32)
+    weight = hit.astype(np.float32).reshape(side, side)
+    smooth = np.empty((side, side, shares.shape[1]), np.float32)
     for channel in range(shares.shape[1]):
-        sigma = 2.2 if channel == 0 else 1.4
+        sigma = film.blur if channel == 0 else film.lamp_blur
         layer = cv2.GaussianBlur(shares[:, channel].reshape(weight.shape), (0, 0), sigma)
         smooth[..., channel] = layer / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-4)
     seen = smooth.reshape(-1, smooth.shape[2])[hit]
@@ -84,11 +113,13 @@ def light_scene(rays: RayScene, scene: Scene, fore: SideView, generator: np.rand
     return Lit(light, smooth, gain)
 
 
-def photograph_scene(rays: RayScene, scene: Scene, fore: SideView, lit: Lit, generator: np.random.Generator) -> Photograph:
+def photograph_scene(
+    rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, generator: np.random.Generator, film: Film = FILM
+) -> Photograph:
     """Photograph a scene before a drawn background; `lit` is what `light_scene` made of the other arguments."""
     import cv2
 
-    surface, camera, size = scene.surface, scene.camera, PHOTO_SIZE
+    surface, camera, size = scene.surface, scene.camera, film.size
     far = float(surface.vertices[:, 2].max()) + 1
     corner = camera.project(surface.vertices)
     low, high = np.floor(corner.min(axis=0)).astype(int) - 2, np.ceil(corner.max(axis=0)).astype(int) + 2
@@ -98,25 +129,25 @@ def photograph_scene(rays: RayScene, scene: Scene, fore: SideView, lit: Lit, gen
     down = np.array([0, 0, -1], np.float32)
     shape = (len(rows), len(columns))
     # rays are needed only close to what the maps show
-    step = size // MAP_SIZE
-    near = cv2.dilate(fore.hits.hit.reshape(MAP_SIZE, MAP_SIZE).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    step = size // film.shadows
+    near = cv2.dilate(fore.hits.hit.reshape(film.shadows, film.shadows).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     index = np.flatnonzero(near[rows[:, None] // step, columns[None] // step].ravel())
     first = scattered(rays.cast(pixel_rays(camera, pixels[index], far), down), index, len(pixels))
     # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is `gain`
-    seen = _shade(scene, lit, first, pixels)
+    seen = _shade(scene, lit, first, pixels, film)
     factor = lit.gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
     color = np.zeros((len(pixels), 3), np.float32)
     color[first.hit] = seen.color * factor
     coverage = first.hit.astype(np.float32)
     # pixels at the silhouette and at jumps of depth are averages of four rays
     depth = np.where(first.hit, first.distance, far + 9).reshape(shape).astype(np.float32)
-    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02
+    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02 * (PHOTO_SIZE / size)
     edge = np.flatnonzero(jump.ravel())
     offsets = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
     fine_pixels = (pixels[edge][:, None] + offsets).reshape(-1, 2)
     fine = rays.cast(pixel_rays(camera, fine_pixels, far), down)
     fine_color = np.zeros((len(fine_pixels), 3), np.float32)
-    fine_color[fine.hit] = _shade(scene, lit, fine, fine_pixels).color * factor
+    fine_color[fine.hit] = _shade(scene, lit, fine, fine_pixels, film).color * factor
     count = fine.hit.reshape(-1, 4).sum(axis=1)
     coverage[edge] = count / 4
     color[edge] = fine_color.reshape(-1, 4, 3).sum(axis=1) / np.maximum(count, 1)[:, None]
@@ -139,11 +170,11 @@ class _Shaded:
     irradiance: FloatArray
 
 
-def _shade(scene: Scene, lit: Lit, hits: Hits, pixels: FloatArray) -> _Shaded:
+def _shade(scene: Sitting, lit: Lit, hits: Hits, pixels: FloatArray, film: Film) -> _Shaded:
     """The hits of rays through pixels (n, 2) of the photo: texture times light, plus highlights."""
     surface = scene.surface
     normals = facing(hits.interpolate(scene.normals, surface.faces), 1)
-    at = (pixels[hits.hit] * (MAP_SIZE / PHOTO_SIZE) - 0.5).astype(np.float32)
+    at = (pixels[hits.hit] * (film.shadows / film.size) - 0.5).astype(np.float32)
     found = sample_bilinear(lit.shadows, at)
     reach = Shadows(found[:, 0], found[:, 1:].T)
     light_on = irradiance(lit.light, normals, reach)

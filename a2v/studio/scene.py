@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -22,7 +22,7 @@ from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals
 from a2v.studio.stances import draw_stance
 from a2v.studio.variation import Build, Wardrobe, find_clothes, rebuild, recolor
 from a2v.studio.view import PHOTO_SIZE
-from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Surface
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,23 +45,36 @@ class PreparedAvatar:
     places: IntArray
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """A person and the guide in the photo's frame.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Sitting:
+    """A person in the photo's frame, before its camera: all that a photograph shows.
 
     Attributes
     ----------
     surface : Surface
         The person, textured (albedo), metres.
+    normals : (V, 3) float32
+    camera : OrthographicCamera
+    """
+
+    surface: Surface
+    normals: FloatArray
+    camera: OrthographicCamera
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene(Sitting):
+    """A person and the guide in the photo's frame.
+
+    Attributes
+    ----------
     parts : (V,) int
         Body part of each vertex.
-    normals : (V, 3) float32
     faces : FaceKinds
     guide : (G, 3) float32
         Vertices of the guide.
     landmarks : (33, 3) float32
         The person's BlazePose landmarks as a body model has them (no error of the guide moves them).
-    camera : OrthographicCamera
     yaw : float
         Degrees.
     avatar : str
@@ -71,13 +84,10 @@ class Scene:
         Of the guide.
     """
 
-    surface: Surface
     parts: IntArray
-    normals: FloatArray
     faces: FaceKinds
     guide: FloatArray
     landmarks: FloatArray
-    camera: OrthographicCamera
     yaw: float
     avatar: str
     pose: str
@@ -132,6 +142,78 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Outfit:
+    """A person of some build in clothes of some colours.
+
+    Attributes
+    ----------
+    prepared : PreparedAvatar
+        Who it is, as its file has it.
+    build : Build
+    avatar : Avatar
+        With that build.
+    texture : (H, W, 3) uint8
+        Albedo.
+    """
+
+    prepared: PreparedAvatar
+    build: Build
+    avatar: Avatar
+    texture: ByteArray
+
+
+def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Outfit:
+    """Draw a build, then colours and patterns of the clothes."""
+    build = Build.draw(generator)
+    return Outfit(prepared, build, rebuild(prepared.avatar, build), recolor(prepared.avatar.texture, prepared.clothes, generator))
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """How a posed person stands on the ground before a camera.
+
+    Attributes
+    ----------
+    outfit : Outfit
+    transforms : (B, 4, 4) float
+        World-from-bone of the outfit's avatar.
+    shift : (3,) float
+        From there to the ground, metres.
+    frame : PhotoFrame
+    seen : (V, 3) float64
+        The person's vertices in the frame.
+    """
+
+    outfit: Outfit
+    transforms: FloatArray
+    shift: FloatArray
+    frame: PhotoFrame
+    seen: FloatArray
+
+    def landmarks(self, guide: Guide) -> FloatArray:
+        """The person's landmarks (33, 3) in the frame."""
+        outfit = self.outfit
+        return self.frame.warp(guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms) + self.shift)
+
+
+def stand(
+    outfit: Outfit, pose: Pose, yaw: float, generator: np.random.Generator, *, distance: Sequence[float], height: Sequence[float]
+) -> Stand:
+    """Put a person on the ground, turned by `yaw` degrees about the vertical, and draw a camera.
+
+    Parameters
+    ----------
+    distance, height : 2 float
+        Between which the camera stands, metres: from the person's middle, and over the floor.
+    """
+    transforms = _turn_about_vertical(outfit.avatar.bone_transforms(pose), yaw)
+    person = outfit.avatar.skin(transforms)
+    shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
+    frame = _draw_camera(person + shift, distance, height, generator)
+    return Stand(outfit, transforms, shift, frame, frame.warp(person + shift))
+
+
 def draw_scene(
     prepared: PreparedAvatar,
     faces: FaceKinds,
@@ -156,35 +238,30 @@ def draw_scene(
         Of `STANCES`, instead of the poses of the settings.
     """
     plain = prepared.avatar
-    build = Build.draw(generator)
-    avatar = rebuild(plain, build)
-    texture = recolor(plain.texture, prepared.clothes, generator)
+    outfit = draw_outfit(prepared, generator)
     pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None)
-    transforms = _turn_about_vertical(avatar.bone_transforms(pose), yaw)
-    person = avatar.skin(transforms)
-    shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
-    frame = _draw_camera(person + shift, settings, generator)
-    wrong = _disturb_in_place(avatar, transforms, frame.axes[2], settings, generator)
-    posed = guide.posed(plain, build.thicker(girth_errors(settings.guide, generator)), wrong)
-    seen, held = frame.warp(person + shift), frame.warp(posed + shift)
+    placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
+    frame, seen = placed.frame, placed.seen
+    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
+    posed = guide.posed(plain, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong)
+    held = frame.warp(posed + placed.shift)
     held[:, :2] += settings.guide.shift * generator.standard_normal(2)
-    landmarks = frame.warp(guide.posed_landmarks(plain, build, transforms) + shift)
     # the photo's square around the person, and the guide's idea of the metre
     least, most = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
     origin = np.append((least + most) / 2, held[:, 2].mean())
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
     scale = settings.fill * PHOTO_SIZE / float((most - least).max()) / factor
     vertices = (factor * (seen - origin)).astype(np.float32)
-    colors = dataclasses.replace(plain, texture=texture).vertex_colors()
+    colors = dataclasses.replace(plain, texture=outfit.texture).vertex_colors()
     made = {"avatar": plain.name, "pose": name, "camera_height": frame.height, "camera_distance": frame.over_floor}
-    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=texture, provenance=made)
+    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=outfit.texture, provenance=made)
     return Scene(
         surface=surface,
         parts=plain.parts,
         normals=smooth_normals(vertices, plain.faces, prepared.places),
         faces=faces,
         guide=(factor * (held - origin)).astype(np.float32),
-        landmarks=(factor * (landmarks - origin)).astype(np.float32),
+        landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
         camera=OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2, center_v=PHOTO_SIZE / 2),
         yaw=float((yaw + 180) % 360 - 180),
         avatar=plain.name,
@@ -221,13 +298,13 @@ def _draw_pose(
     return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
 
 
-def _draw_camera(person: FloatArray, settings: StudioSettings, generator: np.random.Generator) -> PhotoFrame:
-    """A camera aimed at the middle of a person (V, 3) who stands on the ground."""
+def _draw_camera(person: FloatArray, distances: Sequence[float], heights: Sequence[float], generator: np.random.Generator) -> PhotoFrame:
+    """A camera aimed at the middle of a person (V, 3) who stands on the ground; see `stand`."""
     low, high = person.min(axis=0), person.max(axis=0)
     # near cameras are as likely as far ones in terms of the perspective that they give
-    nearest, farthest = settings.distance
+    nearest, farthest = distances
     distance = 1 / generator.uniform(1 / farthest, 1 / nearest)
-    return PhotoFrame.looking((low + high) / 2, distance=distance, height=float(generator.uniform(settings.height[0], settings.height[1])))
+    return PhotoFrame.looking((low + high) / 2, distance=distance, height=float(generator.uniform(heights[0], heights[1])))
 
 
 _ALIGNED = ("Head", *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")))

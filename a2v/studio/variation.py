@@ -242,5 +242,6 @@ def _pattern(rows: IntArray, columns: IntArray, generator: np.random.Generator) 
     else:
         coarse = generator.standard_normal((48, 48)).astype(np.float32)
         smooth = cv2.resize(coarse, (512, 512), interpolation=cv2.INTER_CUBIC)
-        amount = smooth[(rows * 512 // (rows.max() + 1)), (columns * 512 // (columns.max() + 1))] > 0.3
+        # whoever wears nothing there has no texels, but the same numbers are drawn
+        amount = smooth[(rows * 512 // (rows.max(initial=0) + 1)), (columns * 512 // (columns.max(initial=0) + 1))] > 0.3
     return np.asarray(np.asarray(amount, np.float64)[:, None] * change)

@@ -187,6 +187,7 @@ class Training(ABC):
     Attributes
     ----------
     optimizer : torch Optimizer
+        A group of weights may have a "share" of the rate.
     rate : RateSchedule
     iteration : int
         How many are done.
@@ -279,7 +280,7 @@ def carry_on(
         while training.iteration < iterations:
             rate = training.rate(training.iteration)
             for group in training.optimizer.param_groups:
-                group["lr"] = rate
+                group["lr"] = rate * group.get("share", 1.0)
             recent.append(training.step())
             training.iteration += 1
             if training.iteration % settings.log_every == 0 or training.iteration == iterations:

@@ -47,6 +47,7 @@ REFUSED = {
     "survey": ("", "--model nothing --out s.html", "--analyse text --key none.json --out r.md"),
     "train_baseline": (*LEARNING, "--name magic --dataset cmu --data text --out runs"),
     "train_classifier": LEARNING,
+    "train_bodymap": ("--data text --out runs", "--data text --out runs --studio.people nobody"),
     "train_flow": LEARNING,
     "train_motion": LEARNING,
     "train_reconstruction": ("--data text --out runs",),

@@ -6,17 +6,17 @@ import dataclasses
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
-from a2v.processes import start_fork_server
 from a2v.studio.settings import VERSION, StudioSettings
 from a2v.studio.studio import Studio
 from a2v.studio.variation import SPLITS
 from a2v.studio.view import read_index, view_path
+from a2v.studio.workers import work_through
 from a2v.types import Progress
 from a2v.version import __version__
 
@@ -63,55 +63,25 @@ def write_views(
     if workers < 1 or min(counts.values(), default=0) < 0:
         raise InputError("workers must be at least 1, and numbers of views at least 0")
     _write_index(folder, settings)
-    studio = Studio.open(folder, data, settings)
+    _open_studio(str(folder), str(data), settings)  # makes poses and guides, before workers do
     todo = [(split, index) for split, count in counts.items() for index in range(count) if not view_path(folder, split, index).exists()]
     started = time.perf_counter()
-    for done, _ in enumerate(_write_all(studio, folder, Path(data), todo, workers), 1):
+    write = partial(_write, str(folder), str(data), settings)
+    # blocks of one avatar stay together
+    for done, _ in enumerate(work_through(write, todo, workers, together=settings.same_avatar), 1):
         if progress:
             progress(done, len(todo))
     return len(todo) / (time.perf_counter() - started) if todo else 0.0
 
 
-def _write_all(studio: Studio, folder: Path, data: Path, views: Sequence[tuple[str, int]], workers: int) -> Iterator[None]:
-    """Write views of (split, index), by `workers` processes; yields after each."""
-    if workers == 1:
-        for view in views:
-            _write(studio, folder, view)
-            yield
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-
-    # forkserver, since open3d holds threads
-    start_fork_server()
-    context = multiprocessing.get_context("forkserver")
-    write = partial(_write_in_worker, str(folder), str(data), studio.settings)
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_use_one_thread) as pool:
-        try:
-            yield from pool.map(write, views, chunksize=studio.settings.same_avatar)  # blocks of one avatar stay together
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
 @lru_cache(maxsize=1)
 def _open_studio(folder: str, data: str, settings: StudioSettings) -> Studio:
-    """The studio of a worker process, opened once."""
+    """The studio of a process, opened once."""
     return Studio.open(folder, data, settings)
 
 
-def _write_in_worker(folder: str, data: str, settings: StudioSettings, view: tuple[str, int]) -> None:
-    _write(_open_studio(folder, data, settings), Path(folder), view)
-
-
-def _use_one_thread() -> None:
-    import cv2
-
-    cv2.setNumThreads(1)
-
-
-def _write(studio: Studio, folder: Path, view: tuple[str, int]) -> None:
-    studio.view(*view).save(view_path(folder, *view))
+def _write(folder: str, data: str, settings: StudioSettings, view: tuple[str, int]) -> None:
+    _open_studio(folder, data, settings).view(*view).save(view_path(folder, *view))
 
 
 def _write_index(folder: Path, settings: StudioSettings) -> None:

@@ -83,8 +83,7 @@ class Studio:
         paths = list_avatars(avatars)
         if not (folder / "poses.npz").exists():
             action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
-        if not (folder / "guide.npz").exists():
-            write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
+        prepare_guides(paths, folder)
         dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
         return cls(avatars, PoseLibrary.load(folder / "poses.npz"), unstack_guides(read_npz(folder / "guide.npz")), settings, dresser)
 
@@ -232,6 +231,12 @@ def _see_parts(scene: Scene, fore: SideView) -> IntArray:
 def _pack(normals: FloatArray) -> IntArray:
     """Unit normals as int8, 127 is 1."""
     return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)
+
+
+def prepare_guides(paths: Sequence[Path], folder: Path) -> None:
+    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is there; it takes minutes."""
+    if not (folder / "guide.npz").exists():
+        write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
 
 
 def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:

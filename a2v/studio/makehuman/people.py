@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 
@@ -347,13 +348,24 @@ class Dresser:
     Raises
     ------
     InputError
-        As of `Wardrobes` and `MotionFrames`.
+        As of `Wardrobes`.
     """
 
     def __init__(self, data: str | os.PathLike[str], seed: int) -> None:
         """See the class."""
-        self.wardrobes, self.frames, self._seed = Wardrobes(data), MotionFrames(data), seed
+        self.wardrobes, self._data, self._seed = Wardrobes(data), data, seed
         self._last: dict[tuple[str, int], Dressed] = {}
+
+    @cached_property
+    def frames(self) -> MotionFrames:
+        """What people in action do.
+
+        Raises
+        ------
+        InputError
+            As of `MotionFrames`.
+        """
+        return MotionFrames(self._data)
 
     def person(self, split: str, number: int) -> Person:
         """Who it is."""

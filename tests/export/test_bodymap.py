@@ -1,0 +1,58 @@
+"""The body map's file against PyTorch, and the command that trains and writes it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import onnx
+import onnxruntime
+import pytest
+import torch
+
+from a2v.reconstruction.bodymap.networks import BodyMapNetwork
+from export.bodymap import FILE, FORMAT, INPUTS, OUTPUTS, export_network
+from export.storage import round_to_stored
+from tests.support.quick_views import write_invented
+
+
+def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    network = BodyMapNetwork().eval()
+    with torch.no_grad():
+        network.out.weight.normal_(0, 0.05)  # fresh ones say nothing
+        round_to_stored(network)
+    path = tmp_path / FILE
+    export_network(network, path, licence="Apache-2.0", extra={"seed": 1})
+    assert path.stat().st_size < 10e6
+    said = json.loads(next(item.value for item in onnx.load(path).metadata_props if item.key == "a2v"))
+    assert said["format"] == FORMAT
+    assert said["licence"] == "Apache-2.0"
+    assert said["seed"] == 1
+    session = onnxruntime.InferenceSession(path)
+    assert [item.name for item in session.get_outputs()] == list(OUTPUTS)
+    for count in (1, 3):
+        pictures = torch.rand(count, 4, 256, 256, generator=torch.Generator().manual_seed(count))
+        with torch.no_grad():
+            told = network(pictures)
+        found = session.run(None, {INPUTS[0]: pictures.numpy()})
+        for mine, theirs in zip(found, (told.points, told.log_scales, told.maps), strict=True):
+            assert mine.shape == tuple(theirs.shape)
+            np.testing.assert_allclose(mine, theirs.numpy(), atol=2e-3 * max(1.0, float(theirs.abs().max())))
+
+
+def test_the_command_trains_on_what_is_there_and_writes_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from pipelines.cli import main
+
+    write_invented(tmp_path / "views")
+    small = ["--bodymap.iterations", "2", "--bodymap.batch-size", "2", "--bodymap.measured", "2", "--bodymap.log-every", "1"]
+    command = ["train", "bodymap", "--data", str(tmp_path), "--out", str(tmp_path), "--views", "64", "--validation", "64"]
+    assert main([*command, *small, "--bodymap.threads", "1", "--bodymap.device", "cpu", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [Path(one["path"] if isinstance(one, dict) else one).name for one in told["files"]] == [FILE]
+    said = json.loads(next(item.value for item in onnx.load(tmp_path / FILE).metadata_props if item.key == "a2v"))
+    assert said["iterations"] == 2
+    assert said["views"] == {"training": 64, "validation": 64}
+    assert main([*command[:-4], "--views", "64", "--validation", "64", "--studio.seed", "4", *small]) == 2
+    assert "other settings" in capsys.readouterr().err

@@ -134,6 +134,13 @@ def test_a_training_logs_means_and_what_it_measures(tmp_path):
     assert (tmp_path / "log.csv").read_text().splitlines()[0] == "iteration,seconds,loss,place,measured,more"
 
 
+def test_a_group_of_weights_may_have_a_share_of_the_rate(tmp_path):
+    training = Falling()
+    training.optimizer.add_param_group({"params": [torch.tensor([1.0], requires_grad=True)], "share": 0.25})
+    carry(training, tmp_path, iterations=5)
+    assert [group["lr"] for group in training.optimizer.param_groups] == [training.rate(4), 0.25 * training.rate(4)]
+
+
 def test_a_stopped_training_goes_on_as_if_it_had_not(tmp_path):
     def stop(row):
         if row["iteration"] == 8:

@@ -11,14 +11,17 @@ import pytest
 import torch
 
 from a2v.body import load_body_model
+from a2v.body.parts import PARTS
 from a2v.body.places import canonical_places
 from a2v.errors import InputError
 from a2v.io import write_npz
 from a2v.studio.avatars import Avatar
 from a2v.studio.guide import Guide, guide_key, stack_guides
+from a2v.studio.makehuman.people import ARCHIVE, Dresser
 from a2v.studio.quick.bank import make_pose_bank
 from a2v.studio.quick.dataset import write_quick_views
 from a2v.studio.quick.people import HELD_OUT, QuickStudio, quick_split_of
+from a2v.studio.quick.photo import places_of
 from a2v.studio.quick.settings import BLOCK, SHARD, QuickSettings
 from a2v.studio.quick.views import MAP, QuickShard, QuickView, list_shards, shard_path
 from a2v.studio.variation import split_of
@@ -142,6 +145,22 @@ def test_people_of_makehuman_need_their_archive(studio: QuickStudio, prepared: P
         QuickStudio.open(prepared, data, QuickSettings())
     with pytest.raises(InputError, match="no avatar belongs"):
         studio.block("validation", 0)
+
+
+def test_every_other_block_is_one_of_makehumans_people(studio: QuickStudio, data_dir: Path) -> None:
+    if not (data_dir / ARCHIVE).is_file():
+        pytest.skip(f"real data not present: {data_dir / ARCHIVE} does not exist")
+    paths = [path for own in studio.paths.values() for path in own]
+    both = QuickStudio(paths, studio.bank, studio.guides, replace(SETTINGS, people="both"), Dresser(data_dir, SETTINGS.seed))
+    generator = np.random.default_rng(0)
+    (avatar, _), (person, guide) = (both._person("training", number, generator) for number in (2, 3))
+    assert avatar.avatar.name in {path.stem for path in paths}
+    assert person.avatar.name.startswith("MakeHuman")
+    places = places_of(person, guide, canonical_places())
+    assert places.shape == (len(person.avatar.parts), 3)
+    head, foot = (places[person.avatar.parts == PARTS.index(name), 1].mean() for name in ("head", "left_foot"))
+    assert head > 0.7
+    assert foot < -0.8
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,18 @@ def open_model(name: str, action: str = "", *, timeline: str | None = None, dire
     return MotionModel.load(MANY)
 
 
+def _who_knows(action: str) -> str:
+    """The first shipped model that knows all parts of an action by name; "" if none does."""
+    from a2v.motion import MotionModel
+    from a2v.motion.prompts import Vocabulary, parse_prompt
+
+    for name in (FEW, MANY, "humanact12", "humanact12-fine"):
+        with contextlib.suppress(InputError):
+            if all(match.score >= 1 for match in parse_prompt(action, Vocabulary.of(MotionModel.load(name).card))[1]):
+                return name
+    return ""
+
+
 def read_steps(model: MotionModel, action: str, timeline: str | None = None) -> tuple[list[Step], list[str]]:
     """The steps of an action in words, or of a timeline's file, and what was taken for what, a line a part that is not an action's own name.
 
@@ -97,7 +109,11 @@ def read_steps(model: MotionModel, action: str, timeline: str | None = None) -> 
     if timeline is None and not action:
         raise InputError("no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion")
     known = Vocabulary.of(model.card)
-    steps, matches = parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
+    try:
+        steps, matches = parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
+    except InputError as error:
+        other = "" if timeline is not None else _who_knows(action)
+        raise InputError(f"{error}; --model {other} knows it" if other else str(error)) from None
     return steps, explain([match for match in matches if match.score < 1])
 
 

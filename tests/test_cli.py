@@ -103,6 +103,8 @@ def test_actions_lists_the_labels_in_order(capsys):
 def test_an_unknown_action_names_the_nearest(capsys, tmp_path):
     assert "Jump" in fails(capsys, "video", "--photo", SAMPLE, "--action", "jumble", "--out", tmp_path / "o")
     assert "Walk" in fails(capsys, "motion", "--action", "walnut", "--out", tmp_path / "w.npz")
+    assert fails(capsys, "motion", "--action", "boxing", "--out", tmp_path / "w.npz").endswith("--model humanact12 knows it")
+    assert "--model" not in fails(capsys, "motion", "--action", "quidditch", "--out", tmp_path / "w.npz")
     assert "no action given" in fails(capsys, "video", "--photo", SAMPLE, "--out", tmp_path / "o")
     assert "motion model 'nix'" in fails(capsys, "actions", "--model", "nix")
     assert not (tmp_path / "o").exists()

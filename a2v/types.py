@@ -153,6 +153,56 @@ class OrthographicCamera(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class BodyMap(Record):
+    """What a square around a person shows of the body, in pixels of the `Subject`'s image.
+
+    Depths are measured over the floor, larger is nearer, 0 at the middle of the hips; *scales* are those of Laplace distributions.
+
+    Attributes
+    ----------
+    landmarks : (33, 3) float32
+        Landmarks of a body in BlazePose order: u, v and depth.
+    landmark_scales : (33, 2) float32
+        In the picture, and in depth.
+    places : (S, S, 3) float32
+        What place on the body (`a2v.body.places.canonical_places`) the middle of each pixel of the map shows.
+    place_scales : (S, S) float32
+        In the unit of `places`.
+    depths, depth_scales : (S, S, 2) float32
+        Of the person's front, and of the back behind it.
+    inside : (S, S) bool
+        Where the network sees the person; elsewhere nothing else means anything.
+    corner : tuple of 2 float
+        The upper left corner of the square.
+    step : float
+        Side of a pixel of the map.
+    """
+
+    landmarks: FloatArray
+    landmark_scales: FloatArray
+    places: FloatArray
+    place_scales: FloatArray
+    depths: FloatArray
+    depth_scales: FloatArray
+    inside: BoolArray
+    corner: tuple[float, ...]
+    step: float
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        for name, shape in {
+            "landmarks": (33, 3), "landmark_scales": (33, 2), "places": ("S", "S", 3), "place_scales": ("S", "S"),
+            "depths": ("S", "S", 2), "depth_scales": ("S", "S", 2), "inside": ("S", "S"),
+        }.items():  # fmt: skip
+            self._check(name, shape, sizes)
+
+    def pixels(self) -> FloatArray:
+        """Middles (S, S, 2) of the map's pixels in the image: u, v."""
+        steps = (np.arange(len(self.inside)) + 0.5) * self.step
+        return np.stack(np.meshgrid(self.corner[0] + steps, self.corner[1] + steps), axis=-1)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Subject(Record):
     """The person in a photo: an upright crop with mask and landmarks.
 
@@ -179,6 +229,8 @@ class Subject(Record):
     hands : (2, 21, 4) float32 or None
         Mediapipe's landmarks of the left and the right hand: u, v and depth (larger is nearer, 0 at the wrist) in pixels of `image`, and 1 where
         that hand was seen, else 0; None where neither was.
+    bodymap : BodyMap or None
+        What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where it was not asked.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -192,6 +244,7 @@ class Subject(Record):
     warnings: tuple[str, ...] = ()
     face: FloatArray | None = None
     hands: FloatArray | None = None
+    bodymap: BodyMap | None = None
 
     def __post_init__(self) -> None:
         self._check("image", (None, None, 3))

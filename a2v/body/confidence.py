@@ -19,8 +19,13 @@ DOUBTFUL = 0.15
 """Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
 off by 25 cm in the mean, the others by 9."""
 
-_CONSTANT, _TOLD, _EXTENT, _OUTSIDE, _KIND = -3.336, 3.31, 0.702, 1.153, {"trunk": 0.0, "head": 0.158, "arm": 0.698, "leg": 0.579}
-"""Of the logarithm of the error plus 2 cm; least squares on the 18 photos of the benchmark's panel for development (docs/research/fitting.md)."""
+FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
+"""What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its own extent in depth, metres; what the silhouettes
+do not share; and the logarithm of the error that the body map expects, relative to the height (0 without a map)."""
+_WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
+_WITH_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
+"""Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on studio photographs, without a body map on the 18 of the
+benchmark's panel for development, with one on people and clips that its network never saw (docs/research/fitting.md)."""
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
@@ -35,11 +40,30 @@ def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
     return bool(off or residuals.get("silhouette_iou", 1.0) < OTHERS)
 
 
+def limb_features(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, FloatArray]:
+    """The `FEATURES` (8,) of each limb of a fit; see `limb_errors`."""
+    trunk = list(TRUNK)
+    own = landmarks[:, 2] - landmarks[trunk, 2].mean()
+    told = np.full(len(own), 0.1)
+    if evidence.points is not None:
+        deep = evidence.points[:, 2] * (evidence.points_scale / scale)
+        differs = np.abs(deep - deep[trunk].mean() - own)
+        told = np.where(np.isfinite(differs), differs, told)
+    unsure = np.zeros(len(own)) if evidence.depth_scales is None else np.log(evidence.depth_scales)
+    found = {}
+    for limb, places in LIMBS.items():
+        side, _, kind = limb.rpartition("_")
+        chain = {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.get(kind, ())
+        depths = [landmarks[LANDMARK_INDEX[f"{side}_{joint}"], 2] for joint in chain]
+        extent = float(np.abs(np.diff(depths)).sum()) if depths else 0.0
+        kinds = [float(kind == name) for name in ("head", "arm", "leg")]
+        rows = list(places)
+        found[limb] = np.array([1.0, *kinds, told[rows].mean(), extent, 1 - overlap, unsure[rows].mean()])
+    return found
+
+
 def limb_errors(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, float]:
     """How far each limb is expected to be off in depth, relative to the trunk, metres.
-
-    It grows with what the fit and the detector differ by in depth, with the limb's own extent in depth, and with what the silhouettes do
-    not share.
 
     Parameters
     ----------
@@ -51,22 +75,9 @@ def limb_errors(landmarks: FloatArray, evidence: Evidence, scale: float, overlap
     overlap : float
         IoU of the silhouettes.
     """
-    trunk = list(TRUNK)
-    own = landmarks[:, 2] - landmarks[trunk, 2].mean()
-    told = np.full(len(own), 0.1)
-    if evidence.points is not None:
-        deep = evidence.points[:, 2] * (evidence.points_scale / scale)
-        differs = np.abs(deep - deep[trunk].mean() - own)
-        told = np.where(np.isfinite(differs), differs, told)
-    errors = {}
-    for limb, places in LIMBS.items():
-        side, _, kind = limb.rpartition("_")
-        chain = {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.get(kind, ())
-        depths = [landmarks[LANDMARK_INDEX[f"{side}_{joint}"], 2] for joint in chain]
-        extent = float(np.abs(np.diff(depths)).sum()) if depths else 0.0
-        exponent = _CONSTANT + _TOLD * told[list(places)].mean() + _EXTENT * extent + _OUTSIDE * (1 - overlap) + _KIND[kind]
-        errors[limb] = max(0.0, float(np.exp(exponent)) - 0.02)
-    return errors
+    factors = _WITHOUT_MAP if evidence.depth_scales is None else _WITH_MAP
+    found = limb_features(landmarks, evidence, scale, overlap)
+    return {limb: max(0.0, float(np.exp(features @ factors)) - 0.02) for limb, features in found.items()}
 
 
 def doubts(residuals: Mapping[str, Any]) -> list[str]:

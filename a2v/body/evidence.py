@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body.dense import DenseEvidence, gather_dense
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import MaskField, mask_field
 from a2v.errors import InputError
 from a2v.kinematics import best_scale
-from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX, LIMBS_BY_HEIGHT
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 # How far to trust each landmark, chosen by hand: the face and the hands have many, and where they lie on a body is less certain.
@@ -27,11 +28,6 @@ _TRUST = {
         }.items()
     },
 }  # fmt: skip
-
-LIMBS_BY_HEIGHT = {
-    ("hip", "knee"): 0.23, ("knee", "ankle"): 0.24, ("shoulder", "hip"): 0.28, ("shoulder", "elbow"): 0.16, ("elbow", "wrist"): 0.14,
-}  # fmt: skip
-"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth (tests/body/test_terms.py compares)."""
 
 # Limbs along which the detector's depth is compared.
 _SEGMENTS = [
@@ -67,6 +63,10 @@ class Evidence:
     mask : MaskField or None
     trust : float
         Factor on what the detector says, from 0 to 1.
+    dense : DenseEvidence or None
+        What pixels show of the body.
+    depth_scales : (33,) or None
+        Errors in depth that the body map expects of its landmarks, relative to the height.
     """
 
     pixels: FloatArray
@@ -81,6 +81,8 @@ class Evidence:
     standing: tuple[bool, bool]
     mask: MaskField | None
     trust: float = 1.0
+    dense: DenseEvidence | None = None
+    depth_scales: FloatArray | None = None
 
     @property
     def has_depth(self) -> bool:
@@ -107,7 +109,14 @@ class Evidence:
         """The same with little trust in the detector, for a person of another standing `height`, pixels: its landmarks do not fit the mask."""
         nothing = np.zeros_like(self.depth_confidence)
         return dataclasses.replace(
-            self, trust=0.03, height=height, depth_confidence=nothing, points=None, straight=(False, False), standing=(False, False)
+            self,
+            trust=0.03,
+            height=height,
+            depth_confidence=nothing,
+            points=None,
+            straight=(False, False),
+            standing=(False, False),
+            dense=None,
         )
 
     @classmethod
@@ -195,4 +204,11 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     width, height = subject.photo_size
     known = (float(-left), float(-top), float(width - left), float(height - top))
     field = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
-    return Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)
+    evidence = Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)
+    if subject.bodymap is None:
+        return evidence
+    evidence = dataclasses.replace(evidence, depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height)
+    if max(settings.dense_weight, settings.dense_depth_weight) == 0:
+        return evidence
+    dense = gather_dense(subject.bodymap, height=evidence.height, count=settings.dense_pixels, seed=settings.seed)
+    return dataclasses.replace(evidence, dense=dense)

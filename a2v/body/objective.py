@@ -54,6 +54,10 @@ class Objective:
             known = np.isfinite(evidence.points).all(axis=1)
             self._points = _tensor(np.where(known[:, None], evidence.points, 0.0))
             self._points_weights = _tensor(np.where(known, evidence.weights, 0.0))
+        if (dense := evidence.dense) is not None:
+            self._dense_ids, self._dense_depths = torch.from_numpy(dense.vertex_ids), _tensor(dense.depths)
+            self._dense_pixels, self._dense_weights = _tensor(dense.pixels), _tensor(dense.weights)
+            self._dense_depth_weights = _tensor(dense.depth_weights)
         self._prior = load_pose_prior()
         rest = model.rest(torch.from_numpy(model.shape_default))[0]
         self._inner = torch.from_numpy(_spread_over_skin(rest.numpy(), model.faces, 700, seed=settings.seed))
@@ -66,6 +70,8 @@ class Objective:
         import torch
 
         wanted = {"extent": self._extent, "landmarks": self.model.landmark_vertices}
+        if stage in ("joints", "silhouette") and self.evidence.dense is not None:
+            wanted["dense"] = self._dense_ids
         if stage == "silhouette" and self.evidence.mask is not None:
             wanted["inner"] = self._inner
             if self._rim is not None:
@@ -100,6 +106,8 @@ class Objective:
         if stage not in ("depth", "camera"):
             terms["collision"] = s.collision_weight * term.collision(self.balls, state)
             terms["feet"] = s.feet_weight * term.feet(unknowns.angles, landmarks, space=self.space, evidence=self.evidence)
+        if "dense" in vertices:
+            terms |= self._dense(unknowns, vertices["dense"], scale)
         if "inner" in vertices:
             terms["silhouette"] = s.silhouette_weight * self._silhouette(unknowns, vertices)
         if self.surface is not None:
@@ -131,6 +139,13 @@ class Objective:
         weight = s.depth_weight * (1.0 if self.surface is None else 0.1)  # a surface knows better than the detector
         terms["depth"] = weight * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma) / s.depth_sigma**2
         return terms
+
+    def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:
+        """The terms of the body map's pixels, whose `vertices` (n, 3) are given; `scale` () is the camera's."""
+        s, height = self.settings, self.evidence.height
+        seen = term.seen_where_told(unknowns.project(vertices), self._dense_pixels, weights=self._dense_weights, height=height)
+        deep = term.deep_as_told(scale * vertices[:, 2], self._dense_depths, weights=self._dense_depth_weights, height=height)
+        return {"dense": s.dense_weight * seen, "dense_depth": s.dense_depth_weight * deep}
 
     def _silhouette(self, unknowns: Unknowns, vertices: dict[str, Tensor]) -> Tensor:
         s, mask, height = self.settings, self.evidence.mask, self.evidence.height

@@ -28,6 +28,10 @@ class FitSettings:
         Weight of the detector's 3D keypoints, used for the depth along each limb only.
     depth_sigma : float
         Expected error of that depth, relative.
+    dense_weight, dense_depth_weight : float
+        Weights of what the body map's pixels show: where they see a place of the body, and how deep.
+    dense_pixels : int
+        So many of them are asked.
     silhouette_weight : float
         Weight of the silhouette; 0 leaves it out.
     silhouette_sigma, silhouette_robust : float
@@ -68,6 +72,9 @@ class FitSettings:
     keypoint_robust: float = 0.05
     depth_weight: float = 6.0
     depth_sigma: float = 0.04
+    dense_weight: float = 1.0
+    dense_depth_weight: float = 1.0
+    dense_pixels: int = 500
     silhouette_weight: float = 1.0
     silhouette_sigma: float = 0.012
     silhouette_robust: float = 0.04
@@ -93,6 +100,8 @@ class FitSettings:
             value = getattr(self, item.name)
             if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
+        if not 0 <= self.dense_pixels <= 4096:
+            raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")
         if not 0 <= self.starts <= 100:
             raise InputError(f"FitSettings.starts is {self.starts}; expected 0 to 100")
         if self.rounds < 0 or self.steps < 1 or not 32 <= self.silhouette_size <= 2048:

@@ -100,8 +100,8 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
     return total
 
 
-# Neighbouring points say the same thing: the sums count as some ninety independent measurements of an outline, 200 of a surface.
-_OUTLINE, _SURFACE = 90.0, 200.0
+# Neighbouring points say the same thing: the sums count as some ninety independent measurements of an outline or a map, 200 of a surface.
+_OUTLINE, _MAP, _SURFACE = 90.0, 90.0, 200.0
 
 
 def skin_in_mask(pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float) -> Tensor:
@@ -116,6 +116,19 @@ def rim_on_contour(pixels: Tensor, rim: RimMatches, *, height: float, robust: fl
     across = (gap * rim.normals).sum(-1).square()
     along = gap.square().sum(-1) - across
     return _OUTLINE * geman_mcclure(across + 0.1 * along, robust).mean() / sigma**2
+
+
+def seen_where_told(pixels: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
+    """Vertices seen at pixels (n, 2) lie where the map shows them (n, 2), within 2 % of the person's `height` in pixels."""
+    square = (pixels - told).square().sum(-1) / height**2
+    return _MAP * (weights * geman_mcclure(square, 0.05)).mean() / 0.02**2
+
+
+def deep_as_told(depths: Tensor, told: Tensor, *, weights: Tensor, height: float) -> Tensor:
+    """Vertices' depths (n,), pixels, differ among each other as the map's (n,) do, within 3 % of the person's `height` in pixels."""
+    gap = depths - told
+    gap = (gap - (weights * gap).sum() / weights.sum().clamp_min(1e-9)) / height
+    return _MAP * (weights * geman_mcclure(gap.square(), 0.1)).mean() / 0.03**2
 
 
 def surface_distance(vertices: Tensor, matches: SurfaceMatches, *, robust: float) -> Tensor:

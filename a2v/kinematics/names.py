@@ -50,6 +50,16 @@ BLAZEPOSE: tuple[str, ...] = (
 LANDMARK_INDEX: dict[str, int] = {name: index for index, name in enumerate(BLAZEPOSE)}
 """Row of each landmark."""
 
+MIRRORED_BLAZEPOSE: list[int] = [
+    LANDMARK_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")] for name in BLAZEPOSE
+]
+"""Row of the landmark that each is on the other side."""
+
+LIMBS_BY_HEIGHT: dict[tuple[str, str], float] = {
+    ("hip", "knee"): 0.23, ("knee", "ankle"): 0.24, ("shoulder", "hip"): 0.28, ("shoulder", "elbow"): 0.16, ("elbow", "wrist"): 0.14,
+}  # fmt: skip
+"""Lengths of the limbs by the standing height: Anny's default adult to a hundredth (tests/body/test_terms.py compares)."""
+
 REQUIRED: tuple[str, ...] = (
     "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",

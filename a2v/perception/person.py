@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
+from a2v.perception.bodymap import look_at_body, mended
 from a2v.perception.depth import put_upright
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
@@ -38,6 +39,8 @@ class PerceptionSettings:
         Look for the landmarks of the face, without which the character has no expressions.
     hands : bool
         Look for the landmarks of the hands, by which fingers are bent.
+    bodymap : bool
+        Look with our own network as well (`a2v.perception.bodymap`): landmarks in 3D, and what part of the body each pixel shows.
     band : float
         How far refinement may move the mask's contour, fraction of the person's height.
     """
@@ -48,6 +51,7 @@ class PerceptionSettings:
     refine: bool = True
     face: bool = True
     hands: bool = True
+    bodymap: bool = True
     band: float = 0.015
 
     def __post_init__(self) -> None:
@@ -104,6 +108,9 @@ def find_person(
         alpha_crop = _refined(image, alpha_crop, None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]], settings)
     if (alpha_crop > 0.5).sum() < 64:
         raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
+    bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
+    if bodymap is not None:
+        points, points_3d = mended(points, points_3d, bodymap, keep=given_points is not None)
     warnings += _warn(alpha_crop, points, points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
@@ -115,6 +122,7 @@ def find_person(
         warnings=tuple(warnings),
         face=find_face(image, points) if settings.face else None,
         hands=find_hands(image, points) if settings.hands else None,
+        bodymap=bodymap,
         provenance={
             "detector": "mediapipe pose, complexity 1",
             "mask": "given" if given_mask is not None else "detector, refined" if settings.refine else "detector",

@@ -16,17 +16,9 @@ from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
-from tests.support.bodies import landmarks_of, random_body, subject_of
+from tests.support.bodies import joint_errors, landmarks_of, random_body, subject_of
 
 QUICK = FitSettings(rounds=5)
-
-
-def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:
-    """Errors (n,) in metres of the main joints relative to the pelvis, after undoing the unknown scale."""
-    bones = [truth.bone_names.index(bone) for bone in JOINT_BONES.values()]
-    want = truth.bone_transforms[bones, :3, 3]
-    got = result.body.bone_transforms[bones, :3, 3] * (result.camera.scale / camera.scale)
-    return np.linalg.norm((got - got[0]) - (want - want[0]), axis=1)
 
 
 def angle(result: FitResult, name: str) -> float:

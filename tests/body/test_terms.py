@@ -11,7 +11,6 @@ from scipy.stats import multivariate_normal
 
 from a2v.body import load_body_model, make_body
 from a2v.body.collision import LimbBalls
-from a2v.body.evidence import LIMBS_BY_HEIGHT
 from a2v.body.pose_prior import PosePrior, load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import mask_field, rasterize, rim_vertices
@@ -19,7 +18,7 @@ from a2v.body.terms import geman_mcclure
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.io import write_npz
-from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
 from a2v.types import OrthographicCamera
 
 

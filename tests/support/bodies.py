@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from a2v.body import AnnyModel, load_body_model, make_body
+from a2v.body import JOINT_BONES, AnnyModel, FitResult, load_body_model, make_body
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
@@ -61,3 +61,11 @@ def subject_of(
         photo_size=size,
     )
     return subject, camera
+
+
+def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:
+    """Errors (n,) in metres of the main joints relative to the pelvis, after undoing the unknown scale."""
+    bones = [truth.bone_names.index(bone) for bone in JOINT_BONES.values()]
+    want = truth.bone_transforms[bones, :3, 3]
+    got = result.body.bone_transforms[bones, :3, 3] * (result.camera.scale / camera.scale)
+    return np.linalg.norm((got - got[0]) - (want - want[0]), axis=1)

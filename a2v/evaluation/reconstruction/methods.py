@@ -119,10 +119,11 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
 
 def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
     from a2v.body import fit_body
-    from a2v.perception import find_person
+    from a2v.perception import PerceptionSettings, find_person
 
     clock = _Clock()
-    subject = find_person(case.image, mask=case.mask if settings.true_mask else None)
+    perception = PerceptionSettings(bodymap=settings.bodymap)
+    subject = find_person(case.image, mask=case.mask if settings.true_mask else None, settings=perception)
     clock.lap("perception")
     person, true = mask_in_photo(subject) > 0.5, case.mask > 127
     if (person & true).sum() < 0.5 * (person | true).sum():
@@ -179,17 +180,17 @@ def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> floa
 
     mask = case.mask if settings.true_mask else None
     with safe_children(), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(_peak_of_run, case.image, mask, method).result()
+        return pool.submit(_peak_of_run, case.image, mask, method, settings.bodymap).result()
 
 
-def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method) -> float:
+def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method, bodymap: bool) -> float:
     import resource
     import sys
 
     from a2v.body import fit_body
-    from a2v.perception import find_person
+    from a2v.perception import PerceptionSettings, find_person
 
-    subject = find_person(image, mask=mask)
+    subject = find_person(image, mask=mask, settings=PerceptionSettings(bodymap=bodymap))
     fit = fit_body(subject)
     COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -56,6 +56,8 @@ class BenchmarkSettings:
         Points on the predicted surface.
     true_mask : bool
         Give the true mask to perception, which then does not look for its own.
+    bodymap : bool
+        Let perception ask our own network; without, landmarks are the detector's.
     """
 
     panel: str = "studio"
@@ -64,6 +66,7 @@ class BenchmarkSettings:
     size: int = 512
     points: int = 50_000
     true_mask: bool = False
+    bodymap: bool = True
 
     def __post_init__(self) -> None:
         if self.panel not in PANELS:

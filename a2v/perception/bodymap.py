@@ -1,0 +1,151 @@
+"""What each pixel of a person shows of the body, by a network of our own: its place on the body, its depth, and the landmarks in 3D.
+
+The network is BlazePose's, trained on in the studio (`a2v.reconstruction.bodymap`): it knows no person's size, so that all lengths are in
+pixels, and all depths are measured over the floor from the middle of the hips, as in `a2v.types.Subject`.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT, MIRRORED_BLAZEPOSE
+from a2v.perception.depth import HIPS
+from a2v.sessions import open_session, read_metadata
+from a2v.types import BodyMap, ByteArray, FloatArray
+
+FORMAT = "a2v-bodymap/1"
+FILE = Path(__file__).resolve().parent / "data" / "bodymap.onnx"
+"""The shipped network; its card is in a2v/weights/README.md."""
+PICTURE = 256
+"""Side of the square that the network sees, pixels."""
+FILL = 0.8
+"""Longer side of the person's box in that square."""
+_METRES = 1.7
+"""Height of the person in the metres of `a2v.types.Subject.keypoints_3d`."""
+_HALF_SURE, _SAME = 0.02, 0.08
+"""Relative to the height: the expected error of a landmark in the picture at which it counts half, and what landmarks of one person differ by."""
+
+
+def look_at_body(image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0) -> BodyMap:
+    """Look at a person twice, as the photo is and mirrored.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+        sRGB.
+    mask : (H, W) float
+        Opacity of the person.
+    weights : path, optional
+        File of another network; by default the shipped one.
+    threads : int
+        Of onnxruntime; 0 for its default.
+
+    Raises
+    ------
+    InputError
+        The mask is empty, or the file is none of ours.
+    """
+    rows, columns = np.nonzero(mask > 0.5)
+    if not len(rows):
+        raise InputError("the mask is empty; expected white where the person is")
+    low, high = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()]) + 1
+    middle, side = (low + high) / 2, float((high - low).max()) / FILL
+    path = Path(weights or FILE)
+    read_metadata(path, (FORMAT,), "body map network", threads)
+    picture = _square(image, mask, middle, side)
+    both = np.stack([picture, picture[:, :, ::-1]])
+    points, scales, maps = open_session(path, threads).run(["points", "log_scales", "maps"], {"picture": both})
+    points[1], scales[1], maps[1] = points[1][MIRRORED_BLAZEPOSE], scales[1][MIRRORED_BLAZEPOSE], maps[1][:, :, ::-1]
+    points[1, :, 0] = 1 - points[1, :, 0]
+    maps[1, 0] *= -1
+    return _in_pixels(points.mean(axis=0), scales.mean(axis=0), maps.mean(axis=0), middle, side)
+
+
+def height_in_pixels(landmarks: FloatArray) -> float:
+    """Standing height, pixels, of a person with landmarks (33, 3) in pixels, by the lengths of the limbs."""
+    lengths = [
+        np.linalg.norm(landmarks[LANDMARK_INDEX[f"{side}_{first}"]] - landmarks[LANDMARK_INDEX[f"{side}_{last}"]]) / ratio
+        for (first, last), ratio in LIMBS_BY_HEIGHT.items()
+        for side in ("left", "right")
+    ]
+    return max(float(np.median(lengths)), 1.0)
+
+
+def told_by(found: BodyMap) -> tuple[FloatArray, FloatArray]:
+    """Landmarks of a body map as `a2v.types.Subject` has them.
+
+    Returns
+    -------
+    keypoints : (33, 3) float32
+        u, v in pixels, and a confidence that falls with the expected error: one half at 2 % of the person's height.
+    keypoints_3d : (33, 3) float32
+        Metres from the middle of the hips, y up, of a person 1.7 m tall.
+    """
+    height = height_in_pixels(found.landmarks)
+    sure = 1 / (1 + (found.landmark_scales[:, 0] / (_HALF_SURE * height)) ** 2)
+    keypoints = np.concatenate([found.landmarks[:, :2], np.clip(1.3 * sure, 0.05, 1)[:, None]], axis=1)
+    places = (found.landmarks - found.landmarks[HIPS].mean(axis=0)) * (_METRES / height) * np.array([1.0, -1.0, 1.0])
+    return keypoints.astype(np.float32), places.astype(np.float32)
+
+
+def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False) -> tuple[FloatArray, FloatArray]:
+    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, by what the body map says.
+
+    Parameters
+    ----------
+    keypoints : (33, 3)
+        u, v in pixels, confidence.
+    keypoints_3d : (33, 3)
+        Metres; NaN where unknown.
+    found : BodyMap
+        Of the same picture.
+    keep : bool
+        `keypoints` are the user's: they stay, and if the map's lie elsewhere so do `keypoints_3d`.
+    """
+    told, told_3d = told_by(found)
+    if not keep:
+        return told, told_3d
+    seen = keypoints[:, 2] > 0.3
+    gap = np.linalg.norm(keypoints[seen, :2] - told[seen, :2], axis=1)
+    same = seen.any() and np.median(gap) < _SAME * height_in_pixels(found.landmarks)
+    return keypoints, told_3d if same else keypoints_3d
+
+
+def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float) -> FloatArray:
+    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1], and the mask."""
+    import cv2
+
+    zoom = PICTURE / side
+    shrink = max(1, int(1 / zoom))  # area averages first, so that nothing flickers
+    height, width = image.shape[0] // shrink, image.shape[1] // shrink
+    small, cover = image, mask.astype(np.float32)
+    if shrink > 1:
+        small, cover = (cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA) for picture in (image, cover))
+    across, down = image.shape[1] / small.shape[1], image.shape[0] / small.shape[0]
+    # centres of pixels lie half a pixel in
+    start = middle - side / 2
+    move = np.array([[zoom * across, 0, zoom * (across / 2 - start[0]) - 0.5], [0, zoom * down, zoom * (down / 2 - start[1]) - 0.5]])
+    seen = cv2.warpAffine(small, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    inside = cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5
+    picture = np.concatenate([seen.astype(np.float32) / 255, inside[..., None].astype(np.float32)], axis=-1)
+    return np.ascontiguousarray(picture.transpose(2, 0, 1))
+
+
+def _in_pixels(points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float) -> BodyMap:
+    """What the network says of a square around `middle`, in pixels of the photo: landmarks (33, 3), scales (33, 2), maps (9, h, w)."""
+    landmarks = np.concatenate([middle + (points[:, :2] - 0.5) * side, points[:, 2:] * side], axis=1)
+    return BodyMap(
+        landmarks=landmarks.astype(np.float32),
+        landmark_scales=(np.exp(log_scales) * side).astype(np.float32),
+        places=np.ascontiguousarray(maps[:3].transpose(1, 2, 0), np.float32),
+        place_scales=np.exp(np.clip(maps[7], -6, 1)).astype(np.float32),
+        depths=np.ascontiguousarray(maps[3:5].transpose(1, 2, 0) * side, np.float32),
+        depth_scales=np.ascontiguousarray(np.exp(np.clip(maps[5:7], -7, 0)).transpose(1, 2, 0) * side, np.float32),
+        inside=np.asarray(maps[8] > 0),
+        corner=(float(middle[0] - side / 2), float(middle[1] - side / 2)),
+        step=side / maps.shape[1],
+    )

@@ -1,0 +1,67 @@
+"""Dense evidence of bodies whose truth is known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from a2v.body import FitSettings, fit_body
+from a2v.body import terms as term
+from a2v.body.dense import gather_dense
+from a2v.errors import InputError
+from tests.support.bodies import joint_errors, random_body, subject_of
+from tests.support.bodymaps import bodymap_of
+
+
+def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
+    body = random_body(3, bend_legs=True, yaw=0.6)
+    _, camera = subject_of(body)
+    height = camera.scale * float(np.ptp(body.vertices[:, 1]))
+    found = gather_dense(bodymap_of(body, camera, 480), height=height, count=400, seed=0)
+    assert found is not None
+    assert len(found.vertex_ids) == 400
+    skin = torch.from_numpy(body.vertices[found.vertex_ids].astype(np.float64))
+    gap = np.linalg.norm(camera.project(skin.numpy()) - found.pixels, axis=1)
+    assert np.median(gap) < 0.01 * height  # vertices are some centimetres apart
+    weights = torch.from_numpy(found.depth_weights)
+
+    def deep(moved: torch.Tensor) -> float:
+        told = torch.from_numpy(found.depths)
+        return float(term.deep_as_told(camera.scale * moved[:, 2], told, weights=weights, height=height))
+
+    at_truth = deep(skin)
+    assert deep(skin + torch.tensor([0, 0, 0.5])) == pytest.approx(at_truth)  # where the map's zero lies is not known
+    assert deep(skin * torch.tensor([1, 1, 1.5])) > 4 * at_truth
+    assert deep(skin * torch.tensor([1, 1, -1.0])) > 20 * at_truth
+
+
+def test_a_map_corrects_landmarks_that_are_too_far_to_the_front() -> None:
+    body = random_body(8, bend_legs=True, yaw=0.3)
+    subject, camera = subject_of(body, noise=0.005)
+    wrong = subject.keypoints_3d.copy()
+    wrong[[13, 15, 17, 19, 21], 2] += 0.12  # the left arm
+    subject = dataclasses.replace(subject, keypoints_3d=wrong)
+    settings = FitSettings(rounds=5, starts=0)
+    without = joint_errors(body, camera, fit_body(subject, settings=settings))
+    told = dataclasses.replace(subject, bodymap=bodymap_of(body, camera, 480))
+    errors = joint_errors(body, camera, fit_body(told, settings=settings))
+    assert errors.mean() < 0.75 * without.mean()
+    assert errors.max() < 0.7 * without.max()
+    left_out = fit_body(told, settings=dataclasses.replace(settings, dense_weight=0.0, dense_depth_weight=0.0))
+    np.testing.assert_array_equal(joint_errors(body, camera, left_out), without)
+
+
+def test_a_map_that_sees_nobody_says_nothing() -> None:
+    body = random_body(3)
+    _, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    empty = dataclasses.replace(found, inside=np.zeros_like(found.inside))
+    assert gather_dense(empty, height=400.0, count=10, seed=0) is None
+
+
+def test_bad_numbers_of_pixels_are_refused() -> None:
+    with pytest.raises(InputError, match="dense_pixels"):
+        FitSettings(dense_pixels=-1)

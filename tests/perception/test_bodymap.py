@@ -1,0 +1,62 @@
+"""The body map: its square of the photo, its landmarks, and what it sees of people."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.perception import bodymap as bm
+from tests.support.bodies import random_body, subject_of
+from tests.support.bodymaps import bodymap_of
+
+
+@pytest.mark.parametrize("side", [180.0, 700.0, 1300.0])
+def test_the_square_shows_the_photo_where_it_lies(side: float) -> None:
+    """A bright blot of the photo lies in the network's picture where `_in_pixels` takes it back from."""
+    image, mask = np.zeros((900, 1000, 3), np.uint8), np.zeros((900, 1000), np.float32)
+    middle, spot = np.array([520.0, 430.0]), np.array([560.5, 380.5])
+    rows, columns = np.mgrid[:900, :1000]
+    blot = np.exp(-((columns + 0.5 - spot[0]) ** 2 + (rows + 0.5 - spot[1]) ** 2) / (2 * (side / 40) ** 2))
+    image[..., 1] = np.rint(255 * blot)
+    mask[blot > 0.5] = 1
+    picture = bm._square(image, mask, middle, side)
+    assert picture.shape == (4, 256, 256)
+    for channel in (picture[1], picture[3]):
+        v, u = (np.array([(channel.sum(axis=axis) * (np.arange(256) + 0.5)).sum() for axis in (1, 0)]) / channel.sum()) / 256
+        back = middle + (np.array([u, v]) - 0.5) * side
+        np.testing.assert_allclose(back, spot, atol=side / 256 * 0.3)
+
+
+def test_landmarks_keep_the_persons_proportions() -> None:
+    body = random_body(5)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    keypoints, places = bm.told_by(found)
+    np.testing.assert_allclose(keypoints[:, :2], subject.keypoints[:, :2], atol=0.01)
+    assert (keypoints[:, 2] > 0.9).all()
+    factor = np.linalg.norm(places[11] - places[27]) / np.linalg.norm(subject.keypoints_3d[11] - subject.keypoints_3d[27])
+    np.testing.assert_allclose(places, factor * subject.keypoints_3d, atol=0.01)
+    assert factor == pytest.approx(1.7 / np.ptp(body.vertices[:, 1]), rel=0.08)
+    unsure = dataclasses.replace(found, landmark_scales=np.full((33, 2), 0.02 * 420, np.float32))
+    assert 0.5 < bm.told_by(unsure)[0][:, 2].mean() < 0.75
+
+
+def test_keypoints_of_the_users_stay() -> None:
+    body = random_body(5)
+    subject, camera = subject_of(body, depth=False)
+    found = bodymap_of(body, camera, 480)
+    keypoints, places = bm.mended(subject.keypoints, subject.keypoints_3d, found, keep=True)
+    np.testing.assert_array_equal(keypoints, subject.keypoints)
+    assert np.isfinite(places).all()
+    far = subject.keypoints + np.array([200, 0, 0], np.float32)
+    keypoints, places = bm.mended(far, subject.keypoints_3d, found, keep=True)
+    np.testing.assert_array_equal(keypoints, far)
+    assert np.isnan(places).all()
+
+
+def test_an_empty_mask_is_refused() -> None:
+    with pytest.raises(InputError, match="empty"):
+        bm.look_at_body(np.zeros((40, 40, 3), np.uint8), np.zeros((40, 40), np.float32))

@@ -11,6 +11,8 @@ from a2v.types import BodyMap, FloatArray, IntArray
 
 _PLACE, _DEPTH = 0.06, 0.03
 """Expected errors at which a pixel counts half: of its place, in the unit of `CanonicalPlaces`; of its depth, relative to the person's height."""
+_ELSEWHERE = 0.03
+"""Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +38,14 @@ class DenseEvidence:
     depth_weights: FloatArray
 
 
-def gather_dense(found: BodyMap, *, height: float, count: int, seed: int) -> DenseEvidence | None:
+def gather_dense(found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int) -> DenseEvidence | None:
     """`count` pixels of a body map, evenly drawn; None where it sees nobody.
 
     Parameters
     ----------
     found : BodyMap
+    keypoints : (33, 3)
+        Of the `a2v.types.Subject`: where the map's own landmarks lie elsewhere, the pixels around them count less.
     height : float
         The person's standing height, pixels.
     count, seed : int
@@ -53,12 +57,16 @@ def gather_dense(found: BodyMap, *, height: float, count: int, seed: int) -> Den
         return None
     chosen = np.random.default_rng(seed).permutation(len(rows))[:count]
     rows, columns = rows[chosen], columns[chosen]
+    pixels, depths = found.pixels()[rows, columns].astype(np.float64), found.depths[rows, columns, 0].astype(np.float64)
+    gap = np.linalg.norm(keypoints[:, :2] - found.landmarks[:, :2], axis=1) / (_ELSEWHERE * height)
+    _, beside = cKDTree(found.landmarks).query(np.concatenate([pixels, depths[:, None]], axis=1))
+    agreed = np.where(keypoints[:, 2] > 0.1, 1 / (1 + gap**2), 1.0)[beside]
     canonical = canonical_places()
     _, nearest = cKDTree(canonical.places).query(found.places[rows, columns])
     return DenseEvidence(
         vertex_ids=canonical.vertex_ids[nearest],
-        pixels=found.pixels()[rows, columns].astype(np.float64),
-        depths=found.depths[rows, columns, 0].astype(np.float64),
-        weights=1 / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
-        depth_weights=1 / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
+        pixels=pixels,
+        depths=depths,
+        weights=agreed / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
+        depth_weights=agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )

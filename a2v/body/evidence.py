@@ -210,5 +210,5 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     evidence = dataclasses.replace(evidence, depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height)
     if max(settings.dense_weight, settings.dense_depth_weight) == 0:
         return evidence
-    dense = gather_dense(subject.bodymap, height=evidence.height, count=settings.dense_pixels, seed=settings.seed)
+    dense = gather_dense(subject.bodymap, subject.keypoints, height=evidence.height, count=settings.dense_pixels, seed=settings.seed)
     return dataclasses.replace(evidence, dense=dense)

@@ -13,7 +13,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT, MIRRORED_BLAZEPOSE
-from a2v.perception.depth import HIPS
+from a2v.perception.depth import HIPS, picture_plane
 from a2v.sessions import open_session, read_metadata
 from a2v.types import BodyMap, ByteArray, FloatArray
 
@@ -24,10 +24,19 @@ PICTURE = 256
 """Side of the square that the network sees, pixels."""
 FILL = 0.8
 """Longer side of the person's box in that square."""
+GREY = 0.627
+"""What is behind the person: crowds and buses are not what the network has learned from."""
 _METRES = 1.7
 """Height of the person in the metres of `a2v.types.Subject.keypoints_3d`."""
-_HALF_SURE, _SAME = 0.02, 0.08
-"""Relative to the height: the expected error of a landmark in the picture at which it counts half, and what landmarks of one person differ by."""
+_HALF_SURE = 0.02
+"""Expected error of a landmark in the picture at which it counts half, relative to the height."""
+_OVERSURE = 2.0
+"""Photographs are no studio: errors are so many times as large as the network expects."""
+_LEAST = 0.006
+_DETECTOR = (0.02, 0.07)
+"""Expected errors of the detector's landmarks in the picture and in depth, relative to the height (docs/research/fitting.md)."""
+_APART = 0.08
+"""Landmarks that lie farther apart, relative to the height, are not of one place."""
 
 
 def look_at_body(image: ByteArray, mask: FloatArray, *, weights: str | os.PathLike[str] = "", threads: int = 0) -> BodyMap:
@@ -75,25 +84,10 @@ def height_in_pixels(landmarks: FloatArray) -> float:
     return max(float(np.median(lengths)), 1.0)
 
 
-def told_by(found: BodyMap) -> tuple[FloatArray, FloatArray]:
-    """Landmarks of a body map as `a2v.types.Subject` has them.
-
-    Returns
-    -------
-    keypoints : (33, 3) float32
-        u, v in pixels, and a confidence that falls with the expected error: one half at 2 % of the person's height.
-    keypoints_3d : (33, 3) float32
-        Metres from the middle of the hips, y up, of a person 1.7 m tall.
-    """
-    height = height_in_pixels(found.landmarks)
-    sure = 1 / (1 + (found.landmark_scales[:, 0] / (_HALF_SURE * height)) ** 2)
-    keypoints = np.concatenate([found.landmarks[:, :2], np.clip(1.3 * sure, 0.05, 1)[:, None]], axis=1)
-    places = (found.landmarks - found.landmarks[HIPS].mean(axis=0)) * (_METRES / height) * np.array([1.0, -1.0, 1.0])
-    return keypoints.astype(np.float32), places.astype(np.float32)
-
-
 def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, keep: bool = False) -> tuple[FloatArray, FloatArray]:
-    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, by what the body map says.
+    """The detector's landmarks, `a2v.types.Subject.keypoints` and `keypoints_3d`, and the body map's as one: means by what errors are expected.
+
+    The detector has seen more photographs, the network more poses. Where the two lie apart it is the surer one that counts, with less confidence.
 
     Parameters
     ----------
@@ -104,19 +98,48 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     found : BodyMap
         Of the same picture.
     keep : bool
-        `keypoints` are the user's: they stay, and if the map's lie elsewhere so do `keypoints_3d`.
+        `keypoints` are the user's: they stay, and count for the detector's.
+
+    Returns
+    -------
+    keypoints : (33, 3) float32
+    keypoints_3d : (33, 3) float32
+        Metres from the middle of the hips, y up, of a person 1.7 m tall.
     """
-    told, told_3d = told_by(found)
-    if not keep:
-        return told, told_3d
-    seen = keypoints[:, 2] > 0.3
-    gap = np.linalg.norm(keypoints[seen, :2] - told[seen, :2], axis=1)
-    same = seen.any() and np.median(gap) < _SAME * height_in_pixels(found.landmarks)
-    return keypoints, told_3d if same else keypoints_3d
+    height = height_in_pixels(found.landmarks)
+    seen = keypoints[:, 2].astype(np.float64)
+    own = np.maximum(_OVERSURE * found.landmark_scales / height, _LEAST)
+    theirs = np.stack([_DETECTOR[0] / np.sqrt(np.maximum(seen, 1e-3)), np.full(len(seen), _DETECTOR[1])], axis=1)
+    gap = np.linalg.norm(keypoints[:, :2] - found.landmarks[:, :2], axis=1) / height
+    share = 1 / (1 + (own / theirs) ** 2)
+    apart = gap > _APART
+    share[apart] = share[apart, :1] > 0.5  # never between two places
+    deep = _depths_in_pixels(keypoints, keypoints_3d)
+    share[~np.isfinite(deep), 1] = 1
+    depth = np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep)) + share[:, 1] * found.landmarks[:, 2]
+    if keep:
+        pixels, sure = keypoints[:, :2], seen
+    else:
+        pixels = share[:, :1] * found.landmarks[:, :2] + (1 - share[:, :1]) * keypoints[:, :2]
+        spread = 1 / np.sqrt((1 / own**2 + 1 / theirs**2)[:, 0])
+        sure = np.clip(1.3 / (1 + (spread / _HALF_SURE) ** 2), 0.05, 1) * np.where(apart, 0.5, 1)
+    places = np.concatenate([pixels, depth[:, None]], axis=1)
+    places = (places - places[HIPS].mean(axis=0)) * (_METRES / height_in_pixels(places)) * np.array([1.0, -1.0, 1.0])
+    return np.concatenate([pixels, sure[:, None]], axis=1).astype(np.float32), places.astype(np.float32)
+
+
+def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:
+    """Depths (33,) of the detector from the middle of the hips, pixels; NaN where it says nothing, or nothing that agrees with the picture."""
+    if not np.isfinite(keypoints_3d).all():
+        return np.full(len(keypoints), np.nan)
+    _, scale = picture_plane(keypoints, keypoints_3d)
+    if scale < 1.0:
+        return np.full(len(keypoints), np.nan)
+    return np.asarray(scale * (keypoints_3d[:, 2] - keypoints_3d[HIPS, 2].mean()))
 
 
 def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float) -> FloatArray:
-    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1], and the mask."""
+    """The picture (4, 256, 256) float32 of a square of the photo: RGB in [0, 1] of the person before grey, and the mask."""
     import cv2
 
     zoom = PICTURE / side
@@ -130,8 +153,9 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
     start = middle - side / 2
     move = np.array([[zoom * across, 0, zoom * (across / 2 - start[0]) - 0.5], [0, zoom * down, zoom * (down / 2 - start[1]) - 0.5]])
     seen = cv2.warpAffine(small, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    inside = cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5
-    picture = np.concatenate([seen.astype(np.float32) / 255, inside[..., None].astype(np.float32)], axis=-1)
+    inside = (cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5).astype(np.float32)
+    opacity = cv2.GaussianBlur(inside, (0, 0), 1.0)[..., None]
+    picture = np.concatenate([opacity * (seen.astype(np.float32) / 255) + (1 - opacity) * GREY, inside[..., None]], axis=-1)
     return np.ascontiguousarray(picture.transpose(2, 0, 1))
 
 

@@ -18,9 +18,9 @@ from tests.support.bodymaps import bodymap_of
 
 def test_the_vertices_are_where_and_as_deep_as_the_map_says() -> None:
     body = random_body(3, bend_legs=True, yaw=0.6)
-    _, camera = subject_of(body)
+    subject, camera = subject_of(body)
     height = camera.scale * float(np.ptp(body.vertices[:, 1]))
-    found = gather_dense(bodymap_of(body, camera, 480), height=height, count=400, seed=0)
+    found = gather_dense(bodymap_of(body, camera, 480), subject.keypoints, height=height, count=400, seed=0)
     assert found is not None
     assert len(found.vertex_ids) == 400
     skin = torch.from_numpy(body.vertices[found.vertex_ids].astype(np.float64))
@@ -56,10 +56,27 @@ def test_a_map_corrects_landmarks_that_are_too_far_to_the_front() -> None:
 
 def test_a_map_that_sees_nobody_says_nothing() -> None:
     body = random_body(3)
-    _, camera = subject_of(body)
+    subject, camera = subject_of(body)
     found = bodymap_of(body, camera, 480)
     empty = dataclasses.replace(found, inside=np.zeros_like(found.inside))
-    assert gather_dense(empty, height=400.0, count=10, seed=0) is None
+    assert gather_dense(empty, subject.keypoints, height=400.0, count=10, seed=0) is None
+
+
+def test_pixels_beside_landmarks_that_lie_elsewhere_count_less() -> None:
+    body = random_body(3)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    height = camera.scale * float(np.ptp(body.vertices[:, 1]))
+    moved = subject.keypoints.copy()
+    moved[[13, 15, 17, 19, 21], 0] += 0.1 * height  # the left arm
+    whole, less = (gather_dense(found, points, height=height, count=4096, seed=0) for points in (subject.keypoints, moved))
+    assert whole is not None
+    assert less is not None
+    changed = less.weights < 0.5 * whole.weights
+    arm = found.landmarks[[13, 15, 17, 19, 21], :2]
+    away = np.linalg.norm(whole.pixels[changed, None] - arm, axis=-1).min(axis=1) / height
+    assert 10 < changed.sum() < 0.2 * len(changed)
+    assert away.max() < 0.1
 
 
 def test_bad_numbers_of_pixels_are_refused() -> None:

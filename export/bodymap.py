@@ -1,4 +1,4 @@
-"""From the trained network of the body map to ``person_bodymap.onnx``: one picture in, landmarks and maps out, without torch.
+"""From the trained network of the body map to ``bodymap.onnx``: one picture in, landmarks and maps out, without torch.
 
 Arithmetic is float32, large weights are stored as float16.
 """
@@ -13,13 +13,12 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from a2v.perception.bodymap import FILE, FORMAT
 from a2v.reconstruction.bodymap.networks import MAPS, SIDE, BodyMapNetwork
 from a2v.reconstruction.bodymap.training import load_network
 from a2v.tracing import to_onnx
 from export.storage import round_to_stored, save_model, shrink
 
-FORMAT = "a2v-bodymap/1"
-FILE = "person_bodymap.onnx"
 INPUTS, OUTPUTS = ("picture",), ("points", "log_scales", "maps")
 
 
@@ -56,7 +55,7 @@ def export_bodymap(
         It is not trained.
     """
     network, facts = load_network(run)
-    path = Path(folder) / FILE
+    path = Path(folder) / FILE.name
     export_network(network, path, licence=licence, extra={**facts, **(extra or {})})
     return path
 

@@ -154,9 +154,27 @@ def _square(image: ByteArray, mask: FloatArray, middle: FloatArray, side: float)
     move = np.array([[zoom * across, 0, zoom * (across / 2 - start[0]) - 0.5], [0, zoom * down, zoom * (down / 2 - start[1]) - 0.5]])
     seen = cv2.warpAffine(small, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     inside = (cv2.warpAffine(cover, move, (PICTURE, PICTURE), flags=cv2.INTER_LINEAR) > 0.5).astype(np.float32)
-    opacity = cv2.GaussianBlur(inside, (0, 0), 1.0)[..., None]
-    picture = np.concatenate([opacity * (seen.astype(np.float32) / 255) + (1 - opacity) * GREY, inside[..., None]], axis=-1)
+    picture = np.concatenate([before_grey(seen.astype(np.float32) / 255, inside), inside[..., None]], axis=-1)
     return np.ascontiguousarray(picture.transpose(2, 0, 1))
+
+
+def before_grey(picture: FloatArray, mask: FloatArray, *, softness: float = 1.0, grey: float | FloatArray = GREY) -> FloatArray:
+    """A picture (H, W, 3) float32 of the person alone.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) float32
+        In [0, 1].
+    mask : (H, W) float32
+    softness : float
+        Standard deviation of the mask's blur, pixels.
+    grey : float or (3,)
+        What is behind.
+    """
+    import cv2
+
+    opacity = cv2.GaussianBlur(mask, (0, 0), softness)[..., None]
+    return np.asarray(opacity * picture + (1 - opacity) * grey, np.float32)
 
 
 def _in_pixels(points: FloatArray, log_scales: FloatArray, maps: FloatArray, middle: FloatArray, side: float) -> BodyMap:

@@ -21,7 +21,7 @@ EXAMPLES = f"""examples:
 
 Needs DIR/avatars, DIR/makehuman_cc0.zip (unless --studio.people avatars) and DIR/cmu_mocap.zip or DIR/humanact12.zip. OUT/views gets the
 views (45 KB and an eighth of a second of a core each; before the first one a quarter of an hour for poses and guides), OUT the checkpoint,
-log.csv and, at the end, person_bodymap.onnx. {RESUMES}"""
+log.csv and, at the end, bodymap.onnx. {RESUMES}"""
 
 
 @dataclass(frozen=True, kw_only=True)

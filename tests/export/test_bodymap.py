@@ -11,8 +11,9 @@ import onnxruntime
 import pytest
 import torch
 
+from a2v.perception.bodymap import FILE, FORMAT
 from a2v.reconstruction.bodymap.networks import BodyMapNetwork
-from export.bodymap import FILE, FORMAT, INPUTS, OUTPUTS, export_network
+from export.bodymap import INPUTS, OUTPUTS, export_network
 from export.storage import round_to_stored
 from tests.support.quick_views import write_invented
 
@@ -23,7 +24,7 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
     with torch.no_grad():
         network.out.weight.normal_(0, 0.05)  # fresh ones say nothing
         round_to_stored(network)
-    path = tmp_path / FILE
+    path = tmp_path / FILE.name
     export_network(network, path, licence="Apache-2.0", extra={"seed": 1})
     assert path.stat().st_size < 10e6
     said = json.loads(next(item.value for item in onnx.load(path).metadata_props if item.key == "a2v"))
@@ -50,8 +51,8 @@ def test_the_command_trains_on_what_is_there_and_writes_the_file(tmp_path: Path,
     command = ["train", "bodymap", "--data", str(tmp_path), "--out", str(tmp_path), "--views", "64", "--validation", "64"]
     assert main([*command, *small, "--bodymap.threads", "1", "--bodymap.device", "cpu", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert [Path(one["path"] if isinstance(one, dict) else one).name for one in told["files"]] == [FILE]
-    said = json.loads(next(item.value for item in onnx.load(tmp_path / FILE).metadata_props if item.key == "a2v"))
+    assert [Path(one["path"] if isinstance(one, dict) else one).name for one in told["files"]] == [FILE.name]
+    said = json.loads(next(item.value for item in onnx.load(tmp_path / FILE.name).metadata_props if item.key == "a2v"))
     assert said["iterations"] == 2
     assert said["views"] == {"training": 64, "validation": 64}
     assert main([*command[:-4], "--views", "64", "--validation", "64", "--studio.seed", "4", *small]) == 2

@@ -9,19 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.kinematics.names import BLAZEPOSE
+from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
+from a2v.perception.bodymap import GREY, before_grey
 from a2v.studio.quick.settings import SHARD
 from a2v.studio.quick.views import QuickShard, QuickView, list_shards
 from a2v.types import FloatArray
 
-_GREY = 0.63
-"""Of a plain background, sRGB."""
 _HIPS = [BLAZEPOSE.index("left_hip"), BLAZEPOSE.index("right_hip")]
 _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range(29, 33))}
-MIRRORED: tuple[int, ...] = tuple(
-    BLAZEPOSE.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in BLAZEPOSE
-)
-"""For each landmark the one of the other side."""
 
 
 def landmark_weights() -> FloatArray:
@@ -68,14 +63,13 @@ def stack(examples: Sequence[Example]) -> Example:
 
 
 def make_example(view: QuickView, generator: np.random.Generator | None = None) -> Example:
-    """A view as an example; with a `generator` changed as photographs and masks of them may be, and mirrored every other time."""
+    """A view as an example, the person before grey; with a `generator` changed as photographs and masks of them may be, and mirrored every other time."""
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
     hips = points[_HIPS, 2].mean()
     points = points - np.array([0, 0, hips], np.float32)
     flip = generator is not None and generator.random() < 0.5
-    if generator is not None:
-        picture, mask = _changed(picture, mask, generator)
+    picture, mask = (before_grey(picture, mask), mask) if generator is None else _changed(picture, mask, generator)
     inside = ((points[:, :2] > 0.01) & (points[:, :2] < 0.99)).all(axis=1)
     depths = np.stack([view.front, view.back]).astype(np.float32) - hips
     example = Example(
@@ -92,7 +86,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
 
 def mirrored(example: Example) -> Example:
     """What a mirror shows: left and right of picture and body change places."""
-    order, sign = list(MIRRORED), np.array([-1, 1, 1], np.float32)
+    order, sign = MIRRORED_BLAZEPOSE, np.array([-1, 1, 1], np.float32)
     return replace(
         example,
         picture=example.picture[..., ::-1],
@@ -105,26 +99,32 @@ def mirrored(example: Example) -> Example:
 
 
 def _changed(picture: FloatArray, mask: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) on a plain background, with something before it, in other light; and a mask (256, 256) with errors, or none at all."""
+    """A picture (256, 256, 3) mostly before grey, with something before it, in other light; and a mask (256, 256) with errors, or none at all."""
     import cv2
 
     size, picture, mask = len(mask), picture.copy(), mask.copy()
-    if generator.random() < 0.3:
-        plain = generator.random(3) if generator.random() < 0.5 else np.full(3, _GREY)
-        soft = cv2.GaussianBlur(mask, (0, 0), 1.2)[..., None]
-        picture = picture * soft + plain.astype(np.float32) * (1 - soft)
+    if generator.random() < 0.88:
+        plain = generator.random(3).astype(np.float32) if generator.random() < 0.15 else GREY
+        cover, kind = mask, generator.random()
+        if kind < 0.3:  # something of the true background stays
+            cover = cv2.dilate(mask, np.ones((3, 3) if kind < 0.2 else (5, 5), np.uint8))
+        elif kind < 0.4:
+            cover = cv2.erode(mask, np.ones((3, 3), np.uint8))
+        picture = before_grey(picture, cover, softness=generator.uniform(0.6, 1.6), grey=plain)
     if generator.random() < 0.2:
         middle, extent = generator.random(2), 0.08 + 0.2 * generator.random(2)
         left, top, right, bottom = (np.clip(np.r_[middle - extent / 2, middle + extent / 2], 0, 1) * size).astype(int)
         picture[top:bottom, left:right] = generator.random(3)
         if generator.random() < 0.6:
             mask[top:bottom, left:right] = 0
+    if generator.random() < 0.06:
+        picture = np.repeat(picture.mean(axis=-1, keepdims=True), 3, axis=-1)
     light = np.exp(generator.normal(0, 0.12) + generator.normal(0, 0.05, 3)).astype(np.float32)
     picture = np.clip(picture * light, 0, 1)
     kind = generator.random()
     if kind < 0.25:
         mask = (cv2.erode if kind < 0.12 else cv2.dilate)(mask, np.ones((3, 3), np.uint8))
-    if generator.random() < 0.12:
+    if generator.random() < 0.05:
         mask = np.zeros_like(mask)
     return picture, mask
 

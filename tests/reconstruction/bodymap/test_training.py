@@ -10,8 +10,8 @@ import pytest
 import torch
 
 from a2v.errors import InputError
-from a2v.kinematics.names import BLAZEPOSE
-from a2v.reconstruction.bodymap.examples import MIRRORED, QuickViews, make_example, mirrored, stack
+from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
+from a2v.reconstruction.bodymap.examples import QuickViews, make_example, mirrored, stack
 from a2v.reconstruction.bodymap.losses import errors, losses, tensors
 from a2v.reconstruction.bodymap.networks import BodyMaps
 from a2v.reconstruction.bodymap.training import FILE, BodyMapSettings, load_network, train_bodymap
@@ -37,7 +37,7 @@ def test_a_mirror_shown_in_a_mirror_is_the_thing_itself() -> None:
     example = make_example(invented_view(np.random.default_rng(0)))
     once = mirrored(example)
     left, right = BLAZEPOSE.index("left_knee"), BLAZEPOSE.index("right_knee")
-    assert MIRRORED[left] == right
+    assert MIRRORED_BLAZEPOSE[left] == right
     np.testing.assert_allclose(once.points[left], example.points[right] * [-1, 1, 1] + [1, 0, 0], atol=1e-6)
     np.testing.assert_array_equal(once.places[0, :, 0], -example.places[0, :, -1])
     for item in fields(example):

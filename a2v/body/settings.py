@@ -72,8 +72,8 @@ class FitSettings:
     keypoint_robust: float = 0.05
     depth_weight: float = 6.0
     depth_sigma: float = 0.04
-    dense_weight: float = 1.0
-    dense_depth_weight: float = 1.0
+    dense_weight: float = 3.0
+    dense_depth_weight: float = 3.0
     dense_pixels: int = 500
     silhouette_weight: float = 1.0
     silhouette_sigma: float = 0.012

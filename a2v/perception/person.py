@@ -102,10 +102,8 @@ def find_person(
     points, points_3d, rough, others = _locate(rgb, given_mask, given_points, settings, warnings)
     crop = _crop_box(rough, points, (width, height), settings.margin)
     image, alpha_crop, points = _cut_out(rgb, rough, points, crop, settings.max_side)
-    if given_mask is not None:
-        alpha_crop = keep_soft(alpha_crop)
-    elif settings.refine:
-        alpha_crop = _refined(image, alpha_crop, None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]], settings)
+    near = None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]]
+    alpha_crop = keep_soft(alpha_crop) if given_mask is not None else _refined(image, alpha_crop, near, settings)
     if (alpha_crop > 0.5).sum() < 64:
         raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
@@ -123,12 +121,17 @@ def find_person(
         face=find_face(image, points) if settings.face else None,
         hands=find_hands(image, points) if settings.hands else None,
         bodymap=bodymap,
-        provenance={
-            "detector": "mediapipe pose, complexity 1",
-            "mask": "given" if given_mask is not None else "detector, refined" if settings.refine else "detector",
-            "keypoints": "given" if given_points is not None else "detector",
-        },
+        provenance=_origins(given_mask is not None, given_points is not None, settings),
     )
+
+
+def _origins(mask_given: bool, keypoints_given: bool, settings: PerceptionSettings) -> dict[str, str]:
+    """Who said what of a subject."""
+    return {
+        "detector": "mediapipe pose, complexity 1",
+        "mask": "given" if mask_given else "detector, refined" if settings.refine else "detector",
+        "keypoints": "given" if keypoints_given else "detector, body map" if settings.bodymap else "detector",
+    }
 
 
 def _size_of(photo: ByteArray) -> tuple[int, int]:
@@ -179,7 +182,9 @@ def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
 
 
 def _refined(image: ByteArray, rough: FloatArray, others: BoolArray | None, settings: PerceptionSettings) -> FloatArray:
-    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others` (of any resolution) in it."""
+    """The detector's mask (h, w) of the crop `image` at its full resolution, without the `others` (of any resolution) in it, if the settings want that."""
+    if not settings.refine:
+        return rough
     if others is not None:
         rough = rough * (1 - _resize(others.astype(np.float32), (image.shape[1], image.shape[0])))
     tall = float(np.ptp(np.nonzero(rough > 0.5)[0]) + 1) if (rough > 0.5).any() else 1.0

@@ -78,6 +78,24 @@ show(
 )
 
 # %% [markdown]
+# ## The body map
+# What stands behind the landmarks: of each pixel of a small square around the person, what place of the body it shows (x, y and z as colours), how
+# deep the front lies there, and how far off that may be. The fit holds its body to 500 of these pixels (`docs/perception.md`).
+
+# %%
+found = subject.bodymap
+there = found.inside
+show(
+    [
+        np.where(there[..., None], np.clip(found.places / 2 + 0.5, 0, 1), 1),
+        np.where(there, found.depths[..., 0], np.nan),
+        np.where(there, found.depth_scales[..., 0], np.nan),
+    ],
+    ["place on the body", "depth, front", "expected error"],
+    cmap="viridis",
+)
+
+# %% [markdown]
 # ## What the first network sees
 # Normals and depth of the front, and of the back that nobody saw, at a quarter of the frame's resolution; the fine level sharpens the normals from
 # the photo at full resolution.

@@ -118,14 +118,14 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     share[~np.isfinite(deep), 1] = 1
     depth = np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep)) + share[:, 1] * found.landmarks[:, 2]
     if keep:
-        pixels, sure = keypoints[:, :2], seen
-    else:
-        pixels = share[:, :1] * found.landmarks[:, :2] + (1 - share[:, :1]) * keypoints[:, :2]
-        spread = 1 / np.sqrt((1 / own**2 + 1 / theirs**2)[:, 0])
-        sure = np.clip(1.3 / (1 + (spread / _HALF_SURE) ** 2), 0.05, 1) * np.where(apart, 0.5, 1)
+        share[:, 0] = seen <= 0.1
+    pixels = share[:, :1] * found.landmarks[:, :2] + (1 - share[:, :1]) * keypoints[:, :2]
+    spread = 1 / np.sqrt((1 / own**2 + 1 / theirs**2)[:, 0])
+    sure = np.clip(1.3 / (1 + (spread / _HALF_SURE) ** 2), 0.05, 1) * np.where(apart, 0.5, 1)
     places = np.concatenate([pixels, depth[:, None]], axis=1)
     places = (places - places[HIPS].mean(axis=0)) * (_METRES / height_in_pixels(places)) * np.array([1.0, -1.0, 1.0])
-    return np.concatenate([pixels, sure[:, None]], axis=1).astype(np.float32), places.astype(np.float32)
+    told = keypoints if keep else np.concatenate([pixels, sure[:, None]], axis=1)
+    return told.astype(np.float32), places.astype(np.float32)
 
 
 def _depths_in_pixels(keypoints: FloatArray, keypoints_3d: FloatArray) -> FloatArray:

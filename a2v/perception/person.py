@@ -107,9 +107,10 @@ def find_person(
     if (alpha_crop > 0.5).sum() < 64:
         raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
+    told = points  # what is hidden or outside of the photo the detector knows best
     if bodymap is not None:
-        points, points_3d = mended(points, points_3d, bodymap, keep=given_points is not None)
-    warnings += _warn(alpha_crop, points, points_3d, crop, (width, height))
+        points, points_3d = mended(told, points_3d, bodymap, keep=given_points is not None)
+    warnings += _warn(alpha_crop, told, points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
         mask=np.clip(alpha_crop, 0, 1).astype(np.float32),

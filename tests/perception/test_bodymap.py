@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from a2v.errors import InputError
+from a2v.geometry.images import mask_iou
+from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
+from a2v.perception import PerceptionSettings, decode_photo, find_person
 from a2v.perception import bodymap as bm
+from a2v.sessions import WEIGHTS
+from a2v.types import Subject
 from tests.support.bodies import random_body, subject_of
 from tests.support.bodymaps import bodymap_of
+
+SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
 
 @pytest.mark.parametrize("side", [180.0, 700.0, 1300.0])
@@ -70,10 +78,61 @@ def test_keypoints_of_the_users_stay() -> None:
     body = random_body(5)
     subject, camera = subject_of(body, depth=False)
     found = bodymap_of(body, camera, 480)
-    keypoints, places = bm.mended(subject.keypoints, subject.keypoints_3d, found, keep=True)
-    np.testing.assert_array_equal(keypoints, subject.keypoints)
-    told, _ = subject_of(body)
-    assert np.corrcoef(places[:, 2], told.keypoints_3d[:, 2])[0, 1] > 0.99
+    unknown = subject.keypoints.copy()
+    unknown[13:19] = 0
+    for given in (unknown, subject.keypoints):
+        keypoints, places = bm.mended(given, subject.keypoints_3d, found, keep=True)
+        np.testing.assert_array_equal(keypoints, given)
+        told, _ = subject_of(body)
+        assert np.isfinite(places).all()
+        for axis in range(3):
+            assert np.corrcoef(places[:, axis], told.keypoints_3d[:, axis])[0, 1] > 0.99
+
+
+@pytest.fixture(scope="module")
+def person() -> Subject:
+    """The sample's, whose landmarks are mended and whose map is kept."""
+    return find_person(decode_photo(SAMPLE.read_bytes()))
+
+
+def test_the_sample_is_understood(person: Subject) -> None:
+    found = person.bodymap
+    assert found is not None
+    height = bm.height_in_pixels(found.landmarks)
+    body = [BLAZEPOSE.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")]
+    plain = find_person(decode_photo(SAMPLE.read_bytes()), settings=PerceptionSettings(bodymap=False))
+    assert plain.bodymap is None
+    assert np.median(np.linalg.norm(found.landmarks[body, :2] - plain.keypoints[body, :2], axis=1)) < 0.03 * height
+    pixels = found.pixels()
+    mask = np.zeros(found.inside.shape, bool)
+    inside = (pixels[..., 0] < person.mask.shape[1]) & (pixels[..., 1] < person.mask.shape[0]) & (pixels >= 0).all(axis=-1)
+    mask[inside] = person.mask[pixels[inside][:, 1].astype(int), pixels[inside][:, 0].astype(int)] > 0.5
+    assert mask_iou(found.inside, mask) > 0.85
+
+    def place(name: str) -> np.ndarray:
+        away = np.linalg.norm(pixels - person.keypoints[BLAZEPOSE.index(name), :2], axis=-1) + 1e6 * ~found.inside
+        return found.places[np.unravel_index(away.argmin(), away.shape)]
+
+    assert place("nose")[1] > 0.7
+    assert place("left_ankle")[1] < -0.7
+    assert place("left_wrist")[0] > 0.4
+    assert place("right_wrist")[0] < -0.4
+
+
+def test_a_mirrored_photo_has_the_mirrored_map(person: Subject) -> None:
+    found = person.bodymap
+    assert found is not None
+    flipped = bm.look_at_body(np.ascontiguousarray(person.image[:, ::-1]), np.ascontiguousarray(person.mask[:, ::-1]))
+    width = person.image.shape[1]
+    there = flipped.landmarks[MIRRORED_BLAZEPOSE] * [-1, 1, 1] + [width, 0, 0]
+    np.testing.assert_allclose(there, found.landmarks, atol=0.5)
+    both = found.inside & flipped.inside[:, ::-1]
+    np.testing.assert_allclose(flipped.places[:, ::-1][both] * [-1, 1, 1], found.places[both], atol=0.02)
+
+
+def test_another_file_than_a_body_map_is_refused(person: Subject) -> None:
+    with pytest.raises(InputError, match="a2v-bodymap/1"):
+        bm.look_at_body(person.image, person.mask, weights=WEIGHTS / "person_maps.onnx")
 
 
 def test_an_empty_mask_is_refused() -> None:

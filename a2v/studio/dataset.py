@@ -14,9 +14,8 @@ from a2v.errors import InputError
 from a2v.io import atomic_path
 from a2v.studio.settings import VERSION, StudioSettings
 from a2v.studio.studio import Studio
-from a2v.studio.variation import SPLITS
 from a2v.studio.view import read_index, view_path
-from a2v.studio.workers import work_through
+from a2v.studio.workers import check_counts, work_through
 from a2v.types import Progress
 from a2v.version import __version__
 
@@ -58,10 +57,7 @@ def write_views(
     """
     settings = settings or StudioSettings()
     folder = Path(folder)
-    if unknown := [split for split in counts if split not in SPLITS]:
-        raise InputError(f"unknown split '{unknown[0]}'; choose from {', '.join(SPLITS)}")
-    if workers < 1 or min(counts.values(), default=0) < 0:
-        raise InputError("workers must be at least 1, and numbers of views at least 0")
+    check_counts(counts, workers)
     _write_index(folder, settings)
     _open_studio(str(folder), str(data), settings)  # makes poses and guides, before workers do
     todo = [(split, index) for split, count in counts.items() for index in range(count) if not view_path(folder, split, index).exists()]

@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
+from a2v.errors import InputError
 from a2v.processes import start_fork_server
+from a2v.studio.variation import SPLITS
 
 T = TypeVar("T")
+
+
+def check_counts(counts: Mapping[str, int], workers: int) -> None:
+    """Refuse what cannot be made: views of unknown splits, fewer than none, or by no process.
+
+    Raises
+    ------
+    InputError
+        Which.
+    """
+    if unknown := [split for split in counts if split not in SPLITS]:
+        raise InputError(f"unknown split '{unknown[0]}'; choose from {', '.join(SPLITS)}")
+    if workers < 1 or min(counts.values(), default=0) < 0:
+        raise InputError("workers must be at least 1, and numbers of views at least 0")
 
 
 def work_through(work: Callable[[T], object], items: Sequence[T], workers: int, *, together: int = 1) -> Iterator[None]:

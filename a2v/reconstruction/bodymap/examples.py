@@ -11,11 +11,11 @@ import numpy as np
 
 from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
 from a2v.perception.bodymap import GREY, before_grey
+from a2v.perception.depth import HIPS
 from a2v.studio.quick.settings import SHARD
 from a2v.studio.quick.views import QuickShard, QuickView, list_shards
 from a2v.types import FloatArray
 
-_HIPS = [BLAZEPOSE.index("left_hip"), BLAZEPOSE.index("right_hip")]
 _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range(29, 33))}
 
 
@@ -66,7 +66,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
     """A view as an example, the person before grey; with a `generator` changed as photographs and masks of them may be, and mirrored every other time."""
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
-    hips = points[_HIPS, 2].mean()
+    hips = points[HIPS, 2].mean()
     points = points - np.array([0, 0, hips], np.float32)
     flip = generator is not None and generator.random() < 0.5
     picture, mask = (before_grey(picture, mask), mask) if generator is None else _changed(picture, mask, generator)

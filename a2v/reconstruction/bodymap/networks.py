@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from a2v.kinematics.names import BLAZEPOSE
+from a2v.perception.depth import HIPS
 from a2v.reconstruction.bodymap.blazepose import LANDMARKS, BlazePoseLayers
 
 SIDE, MAP_SIDE = 256, 64
@@ -29,7 +30,6 @@ WIDTH, TOP, TOKEN = 96, 64, 128
 _OWN_SCALE = (1 / SIDE, 1 / SIDE, 1 / SIDE, 0.1, 0.1)
 _OWN_DEPTH = -0.186
 """BlazePose's depth, away from the camera, as depth towards it: fitted to quick views of held-out people by least squares."""
-_HIPS = [BLAZEPOSE.index("left_hip"), BLAZEPOSE.index("right_hip")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,5 +178,5 @@ class BodyMapNetwork(nn.Module):
 def _start(own: Tensor) -> Tensor:
     """BlazePose's own landmarks (B, 33, 5) as `BodyMaps.points` has them."""
     depth = _OWN_DEPTH * own[..., 2:3]
-    hips = (depth[:, _HIPS[0], None] + depth[:, _HIPS[1], None]) / 2
+    hips = (depth[:, HIPS[0], None] + depth[:, HIPS[1], None]) / 2
     return torch.cat([own[..., :2], depth - hips], dim=-1)

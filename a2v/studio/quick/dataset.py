@@ -15,8 +15,7 @@ from a2v.io import atomic_path, parse_json, read_bytes
 from a2v.studio.quick.people import QuickStudio, prepare_folder
 from a2v.studio.quick.settings import SHARD, VERSION, QuickSettings
 from a2v.studio.quick.views import shard_path
-from a2v.studio.variation import SPLITS
-from a2v.studio.workers import work_through
+from a2v.studio.workers import check_counts, work_through
 from a2v.types import Progress
 
 
@@ -59,10 +58,7 @@ def write_quick_views(
         An unknown split, bad numbers, missing data, or a folder that other settings made.
     """
     settings, folder = settings or QuickSettings(), Path(folder)
-    if unknown := [split for split in counts if split not in SPLITS]:
-        raise InputError(f"unknown split '{unknown[0]}'; choose from {', '.join(SPLITS)}")
-    if workers < 1 or min(counts.values(), default=0) < 0:
-        raise InputError("workers must be at least 1, and numbers of views at least 0")
+    check_counts(counts, workers)
     todo = [
         (split, number)
         for split, count in counts.items()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,8 @@ from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and
 from a2v.io import read_npz, write_npz
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_guides
-from a2v.studio.makehuman.people import Dresser
+from a2v.studio.makehuman.named import LOOKS, named_person
+from a2v.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
 from a2v.studio.photograph import light_scene, photograph_scene
 from a2v.studio.posing import PoseLibrary, action_poses
 from a2v.studio.samples import sample_space, sample_surface
@@ -40,6 +42,8 @@ class Studio:
     settings : StudioSettings
     dresser : Dresser, optional
         Makes the people who are no avatars, if the settings want some.
+    data : path, optional
+        Folder with MakeHuman's archive, for people with a name (`LOOKS`).
     """
 
     def __init__(
@@ -49,6 +53,7 @@ class Studio:
         guides: Mapping[str, Guide],
         settings: StudioSettings,
         dresser: Dresser | None = None,
+        data: str | os.PathLike[str] | None = None,
     ):
         """See the class.
 
@@ -61,7 +66,9 @@ class Studio:
         self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
         self.library, self.guides, self.settings = library, guides, settings
         self._faces: dict[str, FaceKinds] = {}
-        self._dresser = dresser
+        self._dresser, self._data = dresser, data
+        self._wardrobes: Wardrobes | None = None
+        self._last: tuple[str, Dressed] | None = None
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings) -> Studio:
@@ -85,7 +92,8 @@ class Studio:
             action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
         prepare_guides(paths, folder)
         dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
-        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), unstack_guides(read_npz(folder / "guide.npz")), settings, dresser)
+        guides = unstack_guides(read_npz(folder / "guide.npz"))
+        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data)
 
     def _path(self, split: str, index: int) -> Path:
         """Every avatar of the split once, in an order of its own for each round."""
@@ -118,26 +126,39 @@ class Studio:
         Parameters
         ----------
         avatar : str
-            Who is photographed, instead of whom the number says: it depends on how many avatars there are.
+            Who is photographed, instead of whom the number says: it depends on how many avatars there are. Of MakeHuman's people it is
+            one of `LOOKS`.
         stance : str
             A class of `STANCES` that the pose is drawn from.
 
         Raises
         ------
         InputError
-            No avatar belongs to the split, there is none of that name, its file is broken, or it has no guide.
+            No avatar belongs to the split, there is none of that name, its file is broken, it has no guide, or MakeHuman's archive is
+            missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
+        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance)
+        if avatar in LOOKS:
+            made = self._named_person(avatar)
+            return draw(made.prepared, made.faces, made.guide)
         if not avatar and (dresser := self._dresser_of(index)):
             made = dresser.dressed(split, index // self.settings.same_avatar)
-            return draw_scene(
-                made.prepared, made.faces, made.guide, self.library, self.settings, generator, stance=stance, frames=dresser.frames
-            )
+            return draw(made.prepared, made.faces, made.guide, frames=dresser.frames)
         path = self._named(avatar) if avatar else self._path(split, index)
         prepared = prepare_avatar(str(path))
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
-        return draw_scene(prepared, self._faces[path.stem], self._guide(path.stem), self.library, self.settings, generator, stance=stance)
+        return draw(prepared, self._faces[path.stem], self._guide(path.stem))
+
+    def _named_person(self, name: str) -> Dressed:
+        """One of `LOOKS`; the last one is kept."""
+        if self._last is None or self._last[0] != name:
+            if self._data is None:
+                raise InputError(f"{name} is one of MakeHuman's people; give the folder that holds their archive")
+            self._wardrobes = self._wardrobes or Wardrobes(self._data)
+            self._last = name, dress(named_person(name), self._wardrobes)
+        return self._last[1]
 
     def _named(self, avatar: str) -> Path:
         for path in (path for paths in self.paths.values() for path in paths):

@@ -39,16 +39,17 @@ HELP = (
 )
 EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
-  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --views 18 --methods pifu --out action.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --methods body-prior,body-prior:mirrored --views 7 --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
 A method is a backend, or BACKEND:COLOURING for an ablation: mirrored (all that was not seen has the photo's colour at its pixel) or network
 (the backend's own colours alone). The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
-try changes on) and report (other people in action, for final figures). --studio is a folder that a2v studio wrote (its poses and guides are
-used; made there if it is new). Writes tables as Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG:
-per photo a row for the truth and one for each method (photo or mask; front, left, back, right; front, left, back as clay). Finished photos are
-kept in a folder named like OUT: a run that was stopped goes on, and another method takes its own time only."""
+try changes on), report (other people in action, for final figures) and final (40 new photos of people whom no training sees, half in action:
+to be measured once). --studio is a folder that a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
+Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a row for the truth and one for each method
+(photo or mask; front, left, back, right; front, left, back as clay). Finished photos are kept in a folder named like OUT: a run that was
+stopped goes on, and another method takes its own time only."""
 
 
 @dataclass(frozen=True, kw_only=True)

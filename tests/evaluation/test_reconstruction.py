@@ -41,6 +41,7 @@ from a2v.evaluation.reconstruction.measures import detail_share
 from a2v.reconstruction.backends import COLORINGS
 from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.avatars import a_pose
+from a2v.studio.makehuman.named import LOOKS
 from a2v.studio.settings import StudioSettings
 from a2v.studio.stances import STANCES
 from a2v.studio.variation import REPORT_IDENTITIES, split_of
@@ -273,17 +274,29 @@ def test_command_tells_what_is_wrong(tmp_path, capsys, options: list[str], messa
 
 
 def test_photos_are_pinned() -> None:
-    assert [len(PANELS[name]) for name in ("studio", "development", "report")] == [20, 18, 21]
+    assert {name: len(pins) for name, pins in PANELS.items()} == {"studio": 20, "development": 18, "report": 21, "final": 40}
+    assert BenchmarkSettings().views >= 40  # nobody measures a part by accident
     every = [pin for pins in PANELS.values() for pin in pins]
     assert len({pin.index for pin in every}) == len(every)  # finished photos are kept by number
-    assert {split_of(pin.avatar) for pin in every} == {"validation"}
-    people = {name: {pin.avatar.rpartition("_")[0] for pin in PANELS[name]} for name in PANELS}
-    assert people["report"] == set(REPORT_IDENTITIES)  # on whom nothing is tried
+    assert {split_of(pin.avatar) for pin in every if pin.avatar not in LOOKS} == {"validation"}
+    people = {name: {pin.avatar.rpartition("_")[0] for pin in PANELS[name] if pin.avatar not in LOOKS} for name in PANELS}
+    assert people["report"] == people["final"] == set(REPORT_IDENTITIES)  # on whom nothing is tried
     assert not people["report"] & (people["development"] | people["studio"])
-    for name in ("development", "report"):
+    for name in ("development", "report", "final"):
         assert {pin.stance for pin in PANELS[name]} == set(STANCES)
     with pytest.raises(InputError, match="panel 'mine'; choose from studio"):
         BenchmarkSettings(panel="mine")
+
+
+def test_final_photos_are_new_and_half_of_them_in_action() -> None:
+    pins = PANELS["final"]
+    assert min(pin.index for pin in pins) > max(pin.index for name in PANELS for pin in PANELS[name] if name != "final")
+    assert sum(pin.stance == "standing" for pin in pins) == 20
+    of_makehuman = [pin.avatar for pin in pins if pin.avatar in LOOKS]
+    assert len(of_makehuman) == 20
+    assert set(of_makehuman) == set(LOOKS)
+    avatars = [pin.avatar for pin in pins if pin.avatar not in LOOKS]
+    assert len(set(avatars)) == len(avatars)
 
 
 def test_alignment_takes_a_turn_off_and_slabs_count(wide: trimesh.Trimesh) -> None:
@@ -356,6 +369,9 @@ def test_tables() -> None:
     assert "| others | 1 | 3.00" in by_person
     assert "| all | 2 | 2.00" in fit_table(outcomes)
     assert "| Medi | 1 | 3.00" in group_table(outcomes, "body-prior", "outfit")
+    outcomes = [outcome(f"MakeHuman_M_{number}_casualsuit05", float(number)) for number in (2, 2, 6)]
+    assert "| MakeHuman_M_2 | 2 | 2.00" in group_table(outcomes, "body-prior", "identity")
+    assert "| casualsuit05 | 3 | 3.33" in group_table(outcomes, "body-prior", "outfit")
 
 
 def test_measured_photos_are_kept(tmp_path, wide: trimesh.Trimesh) -> None:

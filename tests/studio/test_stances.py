@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from a2v.studio.avatars import Avatar
+from a2v.studio.settings import StudioSettings
 from a2v.studio.stances import STANCES, draw_stance
 from a2v.studio.studio import Studio
 from a2v.types import FloatArray
@@ -43,3 +46,15 @@ def test_the_same_number_gives_the_same_photo_whoever_else_is_there(studio: Stud
     assert np.array_equal(first.surface.vertices, again.surface.vertices)
     assert (first.avatar, first.pose) == ("Asian_F_2_Busi", "run")
     assert first.pose != studio.scene("validation", 77, avatar="Asian_F_2_Busi").pose
+
+
+def test_an_old_pin_is_what_it_was(studio: Studio, data: Path) -> None:
+    """Two photos of the first panels, by the numbers that they gave when these were made."""
+    plain = Studio(data / "avatars", studio.library, studio.guides, StudioSettings())
+    first = plain.scene("validation", 36, avatar="Asian_F_2_Busi")
+    acting = plain.scene("validation", 10000, avatar="Asian_F_2_Busi", stance="run")
+    made = first.surface.provenance
+    assert (first.pose, acting.pose) == ("open", "run")
+    wide, tall, _ = np.ptp(acting.surface.vertices, axis=0)
+    told = (first.yaw, made["camera_height"], made["camera_distance"], acting.yaw, float(wide / tall))
+    assert told == pytest.approx((7.863627, 1.887709, 4.759665, -17.471598, 0.464476), abs=1e-5)

@@ -1,7 +1,9 @@
 """The photos of the benchmark, pinned one by one: more avatars in the data's folder change none of them.
 
 `studio` are 20 photos of the studio's own kind, as the first tables had them. `development` are people in action on whom changes may be
-tried; `report` are other people, never tried on, for figures that are final. Each photo is drawn from its number alone.
+tried; `report` are other people, never tried on, for figures that are final. `final` are these people met anew, and people of MakeHuman's
+in skins, clothes and hair that training never shows, half of them in action: made when the design was done, to be measured once. Each photo
+is drawn from its number alone.
 """
 
 from __future__ import annotations
@@ -31,11 +33,25 @@ _REPORT = (
     "X_MENA_F_1_Casual 20016 run, X_NHPI_F_1_Busi 20017 sit, X_NHPI_F_2_Util 20018 squat, X_NHPI_F_3_Casual 20019 standing, "
     "X_NHPI_M_1_Busi 20020 stoop"
 )
+_FINAL = (
+    "X_AIAN_F_1_Casual 30000 run, makehuman-1 30001 standing, X_AIAN_M_1_Busi 30002 standing, makehuman-2 30003 sit, "
+    "X_MENA_F_1_Util 30004 kick, makehuman-3 30005 standing, X_NHPI_F_1_Casual 30006 standing, makehuman-4 30007 stoop, "
+    "X_NHPI_F_2_Busi 30008 squat, makehuman-5 30009 standing, X_NHPI_F_3_Util 30010 standing, makehuman-6 30011 profile, "
+    "X_NHPI_M_1_Casual 30012 sit, makehuman-7 30013 standing, X_AIAN_F_1_Busi 30014 standing, makehuman-8 30015 spread, "
+    "X_AIAN_M_1_Util 30016 stoop, makehuman-9 30017 standing, X_MENA_F_1_Casual 30018 standing, makehuman-10 30019 run, "
+    "X_NHPI_F_1_Busi 30020 profile, makehuman-1 30021 kick, X_NHPI_F_2_Util 30022 standing, makehuman-2 30023 standing, "
+    "X_NHPI_F_3_Casual 30024 spread, makehuman-3 30025 squat, X_NHPI_M_1_Busi 30026 standing, makehuman-4 30027 standing, "
+    "X_AIAN_F_1_Util 30028 kick, makehuman-5 30029 sit, X_AIAN_M_1_Casual 30030 standing, makehuman-6 30031 standing, "
+    "X_MENA_F_1_Busi 30032 squat, makehuman-7 30033 stoop, X_NHPI_F_1_Util 30034 standing, makehuman-8 30035 standing, "
+    "X_NHPI_F_2_Casual 30036 run, makehuman-9 30037 profile, X_NHPI_F_3_Busi 30038 standing, makehuman-10 30039 standing"
+)
 
 
 @dataclass(frozen=True)
 class Pin:
-    """One photo: whom it shows, its number (what is drawn), and the class of its pose ("" for the studio's own poses)."""
+    """One photo: whom it shows (an avatar, or one of `a2v.studio.makehuman.named.LOOKS`), its number (what is drawn), and the class of its
+    pose ("" for the studio's own poses).
+    """
 
     avatar: str
     index: int
@@ -49,6 +65,6 @@ def _read(text: str) -> tuple[Pin, ...]:
 
 
 PANELS: Mapping[str, tuple[Pin, ...]] = MappingProxyType(
-    {"studio": _read(_STUDIO), "development": _read(_DEVELOPMENT), "report": _read(_REPORT)}
+    {"studio": _read(_STUDIO), "development": _read(_DEVELOPMENT), "report": _read(_REPORT), "final": _read(_FINAL)}
 )
 """The lists of photos by name."""

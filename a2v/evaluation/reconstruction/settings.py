@@ -47,7 +47,7 @@ class BenchmarkSettings:
     panel : str
         Which photos, of `PANELS`.
     views : int
-        At most so many of them, the first ones.
+        At most so many of them, the first ones; no panel has more than 40.
     seed : int
         Chooses the points on the predicted surface.
     size : int
@@ -61,7 +61,7 @@ class BenchmarkSettings:
     """
 
     panel: str = "studio"
-    views: int = 20
+    views: int = 40
     seed: int = 0
     size: int = 512
     points: int = 50_000

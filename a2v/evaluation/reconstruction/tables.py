@@ -38,7 +38,9 @@ def method_table(outcomes: Sequence[Outcome], memory: Mapping[str, float]) -> st
 
 
 def group_table(outcomes: Sequence[Outcome], method: str, by: str) -> str:
-    """Means of one method by "identity" (people who are held out; "others" wear the held-out outfit), "outfit" or "pose"."""
+    """Means of one method by "identity" (people who are held out, MakeHuman's one by one; "others" wear the held-out outfit), "outfit" or
+    "pose".
+    """
     lines = [f"| {by} | photos | {' | '.join(label for label, _ in METRICS.values())} |", "|---" * (len(METRICS) + 2) + "|"]
     for key, members in sorted(_grouped(outcomes, by).items()):
         cells = [_cell([o.scores[method][metric] for o in members], decimals, interval=False) for metric, (_, decimals) in METRICS.items()]
@@ -84,7 +86,7 @@ def _grouped(outcomes: Sequence[Outcome], by: str) -> dict[str, list[Outcome]]:
     for outcome in outcomes:
         if not outcome.failure:
             key = {"identity": outcome.identity, "outfit": outcome.outfit, "pose": str(outcome.facts.get("pose", ""))}[by]
-            if by == "identity" and key not in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES):
+            if by == "identity" and not (key.startswith("MakeHuman_") or key in (*VALIDATION_IDENTITIES, *REPORT_IDENTITIES)):
                 key = "others"
             groups.setdefault(key, []).append(outcome)
     return groups

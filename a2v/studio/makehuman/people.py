@@ -57,7 +57,9 @@ ODD_CLOTHES = ("male_worksuit01",)
 HATS = ("fedora", "fedora_cocked")
 WOMENS_HAIR = ("afro01", "bob01", "bob02", "braid01", "long01", "ponytail01", "short03")
 UNDER_HATS = ("short03", "short04")
-_HAIR_COLORS = ((22, 18, 16), (44, 30, 22), (82, 54, 34), (128, 88, 52), (196, 158, 104), (132, 62, 30), (150, 146, 142), (222, 218, 212))
+HAIR_COLORS = ((22, 18, 16), (44, 30, 22), (82, 54, 34), (128, 88, 52), (196, 158, 104), (132, 62, 30))
+GREY_HAIR = ((150, 146, 142), (222, 218, 212))
+EYE_COLORS = ((70, 44, 24), (92, 66, 40), (70, 100, 120), (86, 106, 74), (40, 28, 20))
 
 
 @dataclass(frozen=True)
@@ -135,16 +137,8 @@ class Wardrobes:
         return np.ascontiguousarray(self.archive.texture(self._skins[name])[..., :3])
 
 
-def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Person:
-    """A person of a split; the same numbers give the same one."""
-    generator = np.random.default_rng([seed, SPLITS.index(split), number, 7])
-
-    def choose(names: Sequence[str]) -> str:
-        return str(names[int(generator.integers(len(names)))]) if names else ""
-
-    sex = str(generator.choice(["female", "male"]))
-    # 1/3 is a child of about ten, 2/3 a young adult, 1 old
-    age = float(generator.choice([generator.uniform(0.6, 0.97), generator.uniform(0.36, 0.6)], p=[0.85, 0.15]))
+def draw_shape(generator: np.random.Generator, sex: str, age: float) -> dict[str, float]:
+    """Anny's shape parameters of somebody of a sex ("female", "male") and age (1/3 is a child of about ten, 2/3 a young adult, 1 old)."""
     shape = {
         "gender": float(generator.uniform(0.85, 1) if sex == "female" else generator.uniform(0, 0.15)),
         "age": age,
@@ -153,7 +147,19 @@ def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Per
         "height": float(np.clip(generator.normal(0.42, 0.12), 0.12, 0.72)),
         "proportions": float(generator.uniform(0.3, 0.9)),
     }
-    shape |= {name: float(np.clip(generator.normal(0, 0.15), -0.4, 0.4)) for name in load_body_model().shape_names[len(shape) :]}
+    return shape | {name: float(np.clip(generator.normal(0, 0.15), -0.4, 0.4)) for name in load_body_model().shape_names[len(shape) :]}
+
+
+def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Person:
+    """A person of a split; the same numbers give the same one."""
+    generator = np.random.default_rng([seed, SPLITS.index(split), number, 7])
+
+    def choose(names: Sequence[str]) -> str:
+        return str(names[int(generator.integers(len(names)))]) if names else ""
+
+    sex = str(generator.choice(["female", "male"]))
+    age = float(generator.choice([generator.uniform(0.6, 0.97), generator.uniform(0.36, 0.6)], p=[0.85, 0.15]))
+    shape = draw_shape(generator, sex, age)
     span = "young" if age < 0.76 else "middleage" if age < 0.88 else "old"
     skins = wardrobes.names("skins", split, sex=sex)
     skin = choose([name for name in skins if name.startswith(span)] or skins)
@@ -163,8 +169,9 @@ def draw_person(wardrobes: Wardrobes, split: str, number: int, seed: int) -> Per
     hair = tuple(name for name in hair if not hat or name in UNDER_HATS)
     bald = generator.random() < (0.1 if sex == "male" else 0.01)
     grey = age > 0.85 and generator.random() < 0.6
-    color = _HAIR_COLORS[int(generator.integers(6, 8) if grey else generator.choice(6, p=[0.3, 0.25, 0.2, 0.12, 0.08, 0.05]))]
-    eyes = [(70, 44, 24), (92, 66, 40), (70, 100, 120), (86, 106, 74), (40, 28, 20)][int(generator.integers(5))]
+    shades = HAIR_COLORS + GREY_HAIR
+    color = shades[int(generator.integers(6, 8) if grey else generator.choice(6, p=[0.3, 0.25, 0.2, 0.12, 0.08, 0.05]))]
+    eyes = EYE_COLORS[int(generator.integers(len(EYE_COLORS)))]
     tint = tuple(float(value * generator.uniform(0.85, 1.15)) for value in color)
     kind = outfit.split("_", 1)[-1] or "bare"
     return Person(

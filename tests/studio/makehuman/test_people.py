@@ -10,6 +10,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
 from a2v.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, load_base, rig_bone, shape_body, sparse_weights
+from a2v.studio.makehuman.named import LOOKS, named_person
 from a2v.studio.makehuman.people import ARCHIVE, HELD_OUT, Dressed, Dresser, draw_person, filled_texture, tinted
 from a2v.studio.posing import POSED_BONES, PoseLibrary
 from a2v.studio.settings import StudioSettings
@@ -78,6 +79,40 @@ def test_nobody_of_the_validation_split_wears_what_training_shows(dresser: Dress
     ages = [one.shape["age"] for one in people["training"]]
     assert min(ages) < 0.5 < 0.9 < max(ages)
     assert len({one.name for one in people["training"]}) == 60
+
+
+def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> None:
+    people = [named_person(name) for name in LOOKS]
+    for kind, worn in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair")):
+        shown = {getattr(one, worn) for one in people}
+        assert shown == set(HELD_OUT[kind])
+        assert not shown & set(dresser.wardrobes.names(kind, "training"))
+    assert {one.shoes for one in people} == set(dresser.wardrobes.names("shoes", "training"))
+    assert len({one.name for one in people}) == len({one.shape["weight"] for one in people}) == len(LOOKS)
+    for one in people:
+        assert (one.shape["age"] > 0.88) == one.skin.startswith("old")
+        assert (one.shape["gender"] > 0.5) == one.outfit.startswith("female")
+    with pytest.raises(InputError, match="nobody of MakeHuman's people is called 'makehuman-99'"):
+        named_person("makehuman-99")
+
+
+def test_a_pinned_person_is_the_same_whatever_else_is_there(studio: Studio, data_dir: Path, tmp_path: Path) -> None:
+    """Neither the folder of avatars, nor the settings' people, nor the draw of the other people changes whom a pin shows."""
+    (tmp_path / "avatars").mkdir()
+    (tmp_path / "avatars" / "Asian_F_2_Busi.glb").touch()
+    (tmp_path / ARCHIVE).symlink_to(data_dir / ARCHIVE)
+    alone = Studio(tmp_path / "avatars", studio.library, {}, StudioSettings(points=2000), data=tmp_path)
+    among = Studio(data_dir / "avatars", studio.library, {}, StudioSettings(points=2000, people="both"), Dresser(data_dir, 0), data_dir)
+    first, second = (made.scene("validation", 30021, avatar="makehuman-1", stance="kick") for made in (alone, among))
+    assert first.avatar == second.avatar == "MakeHuman_F_1_elegantsuit01"
+    assert first.pose == "kick"
+    assert np.array_equal(first.surface.vertices, second.surface.vertices)
+    assert np.array_equal(first.surface.texture, second.surface.texture)
+    # what these numbers gave when the photos were pinned
+    wide, tall, _ = np.ptp(first.surface.vertices, axis=0)
+    assert (first.yaw, float(wide / tall)) == pytest.approx((31.750762, 0.682095), abs=1e-4)
+    with pytest.raises(InputError, match="give the folder that holds their archive"):
+        Studio(tmp_path / "avatars", studio.library, {}, StudioSettings()).scene("validation", 1, avatar="makehuman-1")
 
 
 def test_skin_goes_under_the_clothes_and_no_farther(dressed: Dressed) -> None:

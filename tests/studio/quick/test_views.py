@@ -24,7 +24,7 @@ from a2v.studio.quick.people import HELD_OUT, QuickStudio, quick_split_of
 from a2v.studio.quick.photo import places_of
 from a2v.studio.quick.settings import BLOCK, SHARD, QuickSettings
 from a2v.studio.quick.views import MAP, QuickShard, QuickView, list_shards, shard_path
-from a2v.studio.variation import split_of
+from a2v.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
 
 SETTINGS = QuickSettings(people="avatars", seed=2)
 
@@ -105,6 +105,13 @@ def test_nobody_is_in_two_splits(data_dir: Path) -> None:
     assert {quick_split_of(name) for name in own} == {"training", "validation"}
     held = {name for name in own if quick_split_of(name) == "validation"}
     assert {name.rpartition("_")[0] for name in held} == set(HELD_OUT)
+
+
+def test_nobody_of_the_final_figures_is_in_quick_views(studio: QuickStudio, data_dir: Path) -> None:
+    whole = QuickStudio(sorted((data_dir / "avatars").glob("*.glb")), studio.bank, studio.guides, SETTINGS)
+    shown = {path.stem for paths in whole.paths.values() for path in paths}
+    assert len(shown) > 50
+    assert not {name for name in shown if name.rpartition("_")[0] in (*REPORT_IDENTITIES, *VALIDATION_IDENTITIES)}
 
 
 def test_shards_come_back_as_they_were_saved(block: list[QuickView], tmp_path: Path) -> None:

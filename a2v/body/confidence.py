@@ -15,6 +15,9 @@ from a2v.types import FloatArray
 MEAN, LARGEST, OVERLAP, OTHERS = 0.02, 0.09, 0.7, 0.6
 """Fits look wrong whose landmarks are farther from the photo's, in the mean or the worst of them, relative to the height, or whose silhouette
 and the photo's have less in common than the third; less than the last where landmarks agree says that these are wrong: no skirt is so wide."""
+UNEASY = (0.015, 0.78)
+"""Nor does a fit look right whose landmarks are farther off than the first in the mean while the silhouettes share less than the second: neither
+convinces. A skirt alone keeps the landmarks."""
 DOUBTFUL = 0.15
 """Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
 off by 35 cm in the mean, the others by 6 (25 and 9 without a body map)."""
@@ -30,14 +33,18 @@ benchmark's panel for development, with one on 30 of people and clips that its n
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
     """Whether the `FitResult.residuals` say that the body does not lie on the person."""
-    off = residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST
-    return bool(off or residuals.get("silhouette_iou", 1.0) < OVERLAP)
+    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < OVERLAP
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
     """Whether they also say that the detector's landmarks do not lie on the person."""
-    off = residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST
-    return bool(off or residuals.get("silhouette_iou", 1.0) < OTHERS)
+    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < OTHERS
+
+
+def _is_off(residuals: Mapping[str, Any]) -> bool:
+    """Whether landmarks are too far off for what the silhouettes share."""
+    uneasy = residuals["keypoint_mean"] > UNEASY[0] and residuals.get("silhouette_iou", 1.0) < UNEASY[1]
+    return bool(uneasy or residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST)
 
 
 def limb_features(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, FloatArray]:

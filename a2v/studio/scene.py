@@ -224,6 +224,7 @@ def draw_scene(
     *,
     stance: str = "",
     frames: MotionFrames | None = None,
+    varied: Callable[[np.random.Generator], Pose] | None = None,
 ) -> Scene:
     """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
@@ -236,10 +237,12 @@ def draw_scene(
     settings, generator
     stance : str
         Of `STANCES`, instead of the poses of the settings.
+    varied
+        Draws the poses of ``settings.varied``.
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
-    pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None)
+    pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
     placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
     frame, seen = placed.frame, placed.seen
     wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
@@ -276,16 +279,19 @@ def _draw_pose(
     generator: np.random.Generator,
     stance: str,
     recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None = None,
+    varied: Callable[[np.random.Generator], Pose] | None = None,
 ) -> tuple[Pose, str, float]:
     """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty.
 
-    Poses in action are those that `recorded` draws, if it is given.
+    Poses in action are those that `recorded` draws, if it is given; `varied` draws those of ``settings.varied``.
     """
     if stance:
         pose, yaw = draw_stance(stance, generator)
         return pose, stance, yaw
-    kind = generator.random()
-    if kind < settings.actions and recorded:
+    kind = 1.0 if varied is not None and generator.random() < settings.varied else generator.random()
+    if varied is not None and kind == 1.0:
+        pose, name = varied(generator), "varied"
+    elif kind < settings.actions and recorded:
         pose, name = recorded(generator)
     elif kind < settings.actions:
         index = int(generator.integers(len(library.actions)))
@@ -294,7 +300,8 @@ def _draw_pose(
         pose, name = open_pose(generator), "open"
     else:
         pose, name = natural_pose(generator), "natural"
-    pose = joint_noise(pose, generator)
+    if name != "varied":  # these have their noise
+        pose = joint_noise(pose, generator)
     return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
 
 

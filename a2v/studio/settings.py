@@ -24,6 +24,9 @@ class StudioSettings:
         Of the data set.
     actions, open : float
         Shares of poses from recorded actions, and of T- and A-poses; the rest stand naturally.
+    varied : float
+        Share of people in poses of the quick views' bank (`a2v.studio.quick.poses`): rare ones as often as common ones, limbs anywhere.
+        The shares above are of the others.
     facing : float
         Share of people who roughly face the camera; the others are turned anyhow.
     yaw : float
@@ -50,6 +53,7 @@ class StudioSettings:
     seed: int = 0
     actions: float = 0.3
     open: float = 0.1
+    varied: float = 0.0
     facing: float = 0.85
     yaw: float = 20.0
     distance: tuple[float, ...] = (2.5, 12.0)
@@ -66,7 +70,7 @@ class StudioSettings:
     guide: GuideErrors = field(default_factory=GuideErrors)
 
     def __post_init__(self) -> None:
-        if min(self.actions, self.open, self.facing) < 0 or max(self.actions + self.open, self.facing) > 1:
+        if min(self.actions, self.open, self.varied, self.facing) < 0 or max(self.actions + self.open, self.varied, self.facing) > 1:
             raise InputError("shares of poses and of people who face the camera must be from 0 to 1 together")
         if min(self.near_share, self.far_share) < 0 or self.near_share + self.far_share > 1:
             raise InputError("near_share and far_share must be from 0 to 1 together")

@@ -7,7 +7,7 @@ alone.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,10 @@ from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_
 from a2v.studio.makehuman.named import LOOKS, named_person
 from a2v.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
 from a2v.studio.photograph import light_scene, photograph_scene
-from a2v.studio.posing import PoseLibrary, action_poses
+from a2v.studio.posing import Pose, PoseLibrary, action_poses
+from a2v.studio.quick.bank import PoseBank, open_bank
+from a2v.studio.quick.poses import draw_pose
+from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.samples import sample_space, sample_surface
 from a2v.studio.scene import FaceKinds, Scene, draw_scene, prepare_avatar, sort_faces
 from a2v.studio.settings import VERSION, StudioSettings
@@ -44,6 +47,8 @@ class Studio:
         Makes the people who are no avatars, if the settings want some.
     data : path, optional
         Folder with MakeHuman's archive, for people with a name (`LOOKS`).
+    bank : PoseBank, optional
+        Poses of ``settings.varied``.
     """
 
     def __init__(
@@ -54,6 +59,7 @@ class Studio:
         settings: StudioSettings,
         dresser: Dresser | None = None,
         data: str | os.PathLike[str] | None = None,
+        bank: PoseBank | None = None,
     ):
         """See the class.
 
@@ -66,7 +72,7 @@ class Studio:
         self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
         self.library, self.guides, self.settings = library, guides, settings
         self._faces: dict[str, FaceKinds] = {}
-        self._dresser, self._data = dresser, data
+        self._dresser, self._data, self._bank = dresser, data, bank
         self._wardrobes: Wardrobes | None = None
         self._last: tuple[str, Dressed] | None = None
 
@@ -92,8 +98,9 @@ class Studio:
             action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
         prepare_guides(paths, folder)
         dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
+        bank = open_bank(folder, data) if settings.varied else None
         guides = unstack_guides(read_npz(folder / "guide.npz"))
-        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data)
+        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data, bank)
 
     def _path(self, split: str, index: int) -> Path:
         """Every avatar of the split once, in an order of its own for each round."""
@@ -138,7 +145,8 @@ class Studio:
             missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
-        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance)
+        varied = self._varied(split)
+        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=varied)
         if avatar in LOOKS:
             made = self._named_person(avatar)
             return draw(made.prepared, made.faces, made.guide)
@@ -159,6 +167,12 @@ class Studio:
             self._wardrobes = self._wardrobes or Wardrobes(self._data)
             self._last = name, dress(named_person(name), self._wardrobes)
         return self._last[1]
+
+    def _varied(self, split: str) -> Callable[[np.random.Generator], Pose] | None:
+        """Draws poses of the bank, if there is one."""
+        if self._bank is None:
+            return None
+        return partial(draw_pose, self._bank, split, QuickSettings(natural=0.0, open=0.0))
 
     def _named(self, avatar: str) -> Path:
         for path in (path for paths in self.paths.values() for path in paths):

@@ -101,6 +101,10 @@ def test_fits_that_look_wrong() -> None:
     assert not looks_wrong({name: value for name, value in good.items() if name != "silhouette_iou"})  # no mask
     for name, value in (("keypoint_mean", 0.05), ("keypoint_max", 0.2), ("silhouette_iou", 0.5)):
         assert looks_wrong({**good, name: value})
+    # landmarks and outline that are both a little off convince together of what neither does alone
+    assert looks_wrong({**good, "keypoint_mean": 0.018, "silhouette_iou": 0.74})
+    assert not looks_wrong({**good, "keypoint_mean": 0.018})
+    assert not looks_wrong({**good, "silhouette_iou": 0.74})
 
 
 def test_the_user_reads_one_sentence_or_none() -> None:

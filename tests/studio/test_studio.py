@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
+from a2v.studio.posing import POSED_BONES
+from a2v.studio.quick.bank import PoseBank
 from a2v.studio.studio import Studio
 from a2v.studio.variation import split_of
 from a2v.studio.view import View
@@ -119,3 +122,20 @@ def test_splits_never_mix(studio: Studio) -> None:
     assert split_of("White_F_1_Util") == split_of("Asian_F_1_Casual") == "training"
     assert {path.stem for path in studio.paths["training"]} == {"AIAN_F_1_Busi"}
     assert studio.scene("validation", 0).avatar == "Asian_F_2_Busi"
+
+
+def test_varied_poses_come_from_the_bank(studio: Studio, folder: Path, data: Path, tmp_path: Path) -> None:
+    rotations = np.zeros((2, len(POSED_BONES), 3), np.float16)
+    rotations[:, POSED_BONES.index("LeftUpLeg"), 0] = -1.5  # a raised leg
+    none = np.zeros(2, np.int8)
+    for name in ("poses.npz", "guide.npz"):
+        (tmp_path / name).symlink_to(folder / name)
+    PoseBank(rotations=rotations, sets=none, splits=none, kinds=none.astype(np.int16)).save(tmp_path / "bank.npz")
+    settings = dataclasses.replace(studio.settings, varied=0.5)
+    mixed = Studio.open(tmp_path, data, settings)
+    poses = [mixed.scene("training", index).pose for index in range(12)]
+    assert 2 <= poses.count("varied") <= 10
+    scene = mixed.scene("training", poses.index("varied"))
+    assert np.isfinite(scene.surface.vertices).all()
+    with pytest.raises(InputError, match="from 0 to 1"):
+        dataclasses.replace(studio.settings, varied=1.5)

@@ -21,6 +21,7 @@ from torch.nn import functional
 from a2v.errors import InputError
 from a2v.reconstruction.implicit.batches import Example, Prepared, ViewReader, align_example, make_example, stack
 from a2v.reconstruction.implicit.inputs import FRAME
+from a2v.reconstruction.implicit.model import MAPS_FILE
 from a2v.reconstruction.implicit.networks import (
     OCCUPANCY_WIDTH,
     CoarseField,
@@ -31,13 +32,17 @@ from a2v.reconstruction.implicit.networks import (
     Painter,
     point_values,
 )
+from a2v.reconstruction.implicit.restore import calibrate, restore_networks
 from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.sessions import WEIGHTS
 from a2v.studio.view import list_views
 
 FILE = "checkpoint.pt"
 Stage = Literal["shape", "detail", "color"]
 STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
 """In the order of their training: the later two build on the first."""
+CALIBRATION = 16
+"""Batches that normalisations of restored networks are calibrated on."""
 REACH = 0.05
 """Distances beyond this, metres, need only be as large."""
 
@@ -60,7 +65,8 @@ class ReconstructionSettings(RunSettings):
     half : bool
         bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
     initial : str
-        Folder of another run whose networks to begin with, "" for fresh ones: to go on with more views or another rate.
+        Folder of another run whose networks to begin with, or of a model's ONNX files, "shipped" for those that come with a2v, "" for
+        fresh ones: to go on with more views or another rate.
     """
 
     iterations: int = 10_000
@@ -184,24 +190,40 @@ class StageTraining(Training):
         """Take over another run's networks, if that is asked for."""
         if not self.settings.initial:
             return
+        folder = WEIGHTS if self.settings.initial == "shipped" else Path(self.settings.initial)
+        if (folder / MAPS_FILE).is_file():
+            restore_networks(self.model, folder, self.stage)
+            calibrate(self.model, (self._batch() for _ in range(CALIBRATION)), self._losses)
+            return
         found, weights = _read_networks(self.settings.initial, self.stage)
         if found != self.network:
-            raise InputError(f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
+            raise InputError(
+                f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out"
+            )
         self.model.load_state_dict(weights)
 
     def step(self) -> dict[str, float]:
         """One iteration; the number of views there are, and the weighted losses."""
+        batch = self._batch()
+        self.model.train()
+        losses = self._losses(batch)
+        self.descend(torch.stack(list(losses.values())).sum(), largest_gradient=1.0)
+        return {"views": float(len(self.files))} | {name: float(value.detach()) for name, value in losses.items()}
+
+    def _batch(self) -> tuple[list[Prepared], list[Example]]:
+        """Views and examples of an iteration."""
         if self.iteration % 200 == 0 or not self.files:
             self.files = list_views(self.views, "training")
         settings, generator = self.settings, self.generator
         chosen = generator.integers(0, len(self.files), settings.batch_size)
         crop = settings.crop if self.stage == "detail" else 0
         views = [self.reader(self.files[i]) for i in chosen]
-        examples = [make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop) for one in views]
-        self.model.train()
-        losses = _losses(self.model, self.shape, stack(examples), functools.partial(_align, views, examples), settings, self.device)
-        self.descend(torch.stack(list(losses.values())).sum(), largest_gradient=1.0)
-        return {"views": float(len(self.files))} | {name: float(value.detach()) for name, value in losses.items()}
+        return views, [make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop) for one in views]
+
+    def _losses(self, batch: tuple[list[Prepared], list[Example]]) -> dict[str, Tensor]:
+        """Weighted losses of a batch."""
+        views, examples = batch
+        return _losses(self.model, self.shape, stack(examples), functools.partial(_align, views, examples), self.settings, self.device)
 
     def content(self) -> dict[str, Any]:
         """Weights, the sizes that they have, and the generator's state."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.record import Record
+from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.avatars import Avatar
 from a2v.studio.posing import POSED_BONES, Pose, avatar_body, local_rotations, without_heading
 from a2v.studio.variation import SPLITS
@@ -137,6 +139,29 @@ def make_pose_bank(
     splits = np.repeat([clip % 10 == HELD_OUT for _, clip in todo], lengths).astype(np.int8)
     together = np.concatenate(rotations)
     return PoseBank(rotations=together, sets=sets, splits=splits, kinds=sort_poses(avatar, together, 2 * sets + splits))
+
+
+def open_bank(folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None) -> PoseBank:
+    """The bank of a folder, ``bank.npz``; it is made there at the first time, which takes ten minutes.
+
+    Parameters
+    ----------
+    folder : path
+        Of the views.
+    data : path
+        Folder with ``avatars/`` and the motion data.
+    progress
+        See `make_pose_bank`.
+
+    Raises
+    ------
+    InputError
+        No avatars or motions.
+    """
+    path = Path(folder) / "bank.npz"
+    if not path.exists():
+        make_pose_bank(load_avatar(list_avatars(Path(data) / "avatars")[0]), data, progress=progress).save(path)
+    return PoseBank.load(path)
 
 
 def sort_poses(avatar: Avatar, rotations: FloatArray, groups: IntArray) -> IntArray:

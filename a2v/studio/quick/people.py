@@ -12,10 +12,10 @@ import numpy as np
 from a2v.body.places import canonical_places
 from a2v.errors import InputError
 from a2v.io import read_npz
-from a2v.studio.avatar_files import list_avatars, load_avatar
+from a2v.studio.avatar_files import list_avatars
 from a2v.studio.guide import Guide, guide_key, unstack_guides
 from a2v.studio.makehuman.people import Dresser
-from a2v.studio.quick.bank import PoseBank, make_pose_bank
+from a2v.studio.quick.bank import PoseBank, open_bank
 from a2v.studio.quick.photo import places_of, quick_view, softened
 from a2v.studio.quick.poses import draw_pose
 from a2v.studio.quick.settings import BLOCK, OUTFIT, SHARD, QuickSettings
@@ -46,10 +46,8 @@ def prepare_folder(folder: str | os.PathLike[str], data: str | os.PathLike[str],
     InputError
         No avatars or motions.
     """
-    folder, paths = Path(folder), list_avatars(Path(data) / "avatars")
-    if not (folder / "bank.npz").exists():
-        make_pose_bank(load_avatar(paths[0]), data, progress=progress).save(folder / "bank.npz")
-    prepare_guides(paths, folder)
+    open_bank(folder, data, progress)
+    prepare_guides(list_avatars(Path(data) / "avatars"), Path(folder))
 
 
 class QuickStudio:
@@ -104,7 +102,7 @@ class QuickStudio:
         """
         prepare_folder(folder, data)
         dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
-        bank, guides = PoseBank.load(Path(folder) / "bank.npz"), unstack_guides(read_npz(Path(folder) / "guide.npz"))
+        bank, guides = open_bank(folder, data), unstack_guides(read_npz(Path(folder) / "guide.npz"))
         return cls(list_avatars(Path(data) / "avatars"), bank, guides, settings, dresser)
 
     def shard(self, split: str, number: int) -> QuickShard:

@@ -51,11 +51,7 @@ REFUSED = {
     "train_flow": LEARNING,
     "train_motion": LEARNING,
     "train_reconstruction": ("--data text --out runs",),
-    "video": (
-        "--photo none.jpg --action Walk --out out",
-        "--photo text --action Walk --out out",
-        "--photo text --motion none.bvh --out out",
-    ),
+    "video": ("--photo none.jpg --action Walk --out out", "--photo text --action Walk --out out", "--photo text --motion none.bvh --out out"),
 }
 """What each command refuses, in a folder that holds a file `text`; a command that is added is missing here."""
 

@@ -11,15 +11,7 @@ from pipelines.motion_options import AUTO, FEW, MANY, motion_inputs, open_model
 
 @pytest.mark.parametrize(
     ("asked", "model"),
-    [
-        ("Walk", FEW),
-        ("walk, then Jump for 2 s", FEW),
-        ("salsa", MANY),
-        ("walk, then sneak", MANY),
-        ("walk backwards", MANY),
-        ("", MANY),
-        ("xyzzy", MANY),
-    ],
+    [("Walk", FEW), ("walk, then Jump for 2 s", FEW), ("salsa", MANY), ("walk, then sneak", MANY), ("walk backwards", MANY), ("", MANY), ("xyzzy", MANY)],
 )
 def test_the_papers_actions_by_name_are_the_few_models(asked, model):
     assert open_model(AUTO, asked).card.dataset == model

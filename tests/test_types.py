@@ -18,9 +18,7 @@ from a2v.types import Motion, Reconstruction, Surface
 @pytest.fixture
 def motion() -> Motion:
     zeros = np.zeros((13, 20, 3), np.float32)
-    return Motion(
-        joints=zeros, rotations=zeros, root=zeros[:, 0], fps=12.0, parents=CMU.parents, joint_names=CMU.joint_names, skeleton="cmu"
-    )
+    return Motion(joints=zeros, rotations=zeros, root=zeros[:, 0], fps=12.0, parents=CMU.parents, joint_names=CMU.joint_names, skeleton="cmu")
 
 
 def test_a_motion_keeps_its_rest_pose_and_what_was_given(motion, tmp_path):

@@ -106,9 +106,7 @@ def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], 
     if len(set(poses)) == 1 or motion.action_starts is None:
         return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones((frames, 1))
     times = np.arange(frames) / motion.fps
-    begun = np.stack(
-        [smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS) for start in motion.action_starts[1:]], -1
-    )
+    begun = np.stack([smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS) for start in motion.action_starts[1:]], -1)
     begun = np.concatenate([np.ones((frames, 1)), begun, np.zeros((frames, 1))], axis=1)
     shares: FloatArray = -np.diff(np.minimum.accumulate(begun, axis=1), axis=1)
     return poses, shares
@@ -138,10 +136,7 @@ def _stillness(source: Mapping[str, FloatArray], fps: float) -> FloatArray:
     if len(source["pelvis"]) < 2:
         return np.zeros(len(source["pelvis"]))
     speed = np.max(
-        [
-            np.linalg.norm(np.gradient(smoothed(source[name], 0.1 * fps), axis=0), axis=-1) * fps
-            for name in ("pelvis", "left_ankle", "right_ankle")
-        ],
+        [np.linalg.norm(np.gradient(smoothed(source[name], 0.1 * fps), axis=0), axis=-1) * fps for name in ("pelvis", "left_ankle", "right_ankle")],
         axis=0,
     )
     still = 1 - smoothstep(speed, 0.06, 0.25)

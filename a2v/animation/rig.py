@@ -110,9 +110,7 @@ def rig_of(body: Body) -> Rig:
     skin = (owner[::step], local[::step])
     normals = np.einsum("vab,vb->va", turn[::step], vertex_normals(body.vertices, body.faces)[::step])
     rest = body.rest_transforms[:, :3, :3].astype(np.float64)
-    return Rig(
-        bones=bones, parents=parents, heads=heads, rest=rest, joints=joints, chains=chains, soles=soles, skin=skin, skin_normals=normals
-    )
+    return Rig(bones=bones, parents=parents, heads=heads, rest=rest, joints=joints, chains=chains, soles=soles, skin=skin, skin_normals=normals)
 
 
 def joints_of(transforms: FloatArray, rig: Rig) -> dict[str, FloatArray]:

@@ -115,6 +115,8 @@ def mask_field(mask: FloatArray, known: tuple[float, float, float, float], *, si
     return MaskField(distance.astype(np.float32), step, contour[keep], outward[keep], known, inside)
 
 
+
+
 def rasterize(
     vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, shape: tuple[int, ...], *, step: float = 1.0
 ) -> dict[str, Any]:

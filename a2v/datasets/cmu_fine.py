@@ -73,9 +73,7 @@ def load_cmu_fine(path: str | Path) -> ActionDataset:
         text = described.get(name, "")
         meaning = fine_table().get((ACTIONS[int(label)], text))
         if meaning is None:
-            raise InputError(
-                f"clip {name} ({ACTIONS[int(label)]}) is described as '{text}', which {TABLE.name} does not know; add a row to it"
-            )
+            raise InputError(f"clip {name} ({ACTIONS[int(label)]}) is described as '{text}', which {TABLE.name} does not know; add a row to it")
         meanings.append(meaning)
         texts.append(text)
     kept = [index for index, meaning in enumerate(meanings) if meaning.action]

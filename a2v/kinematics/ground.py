@@ -80,11 +80,9 @@ class Sided(Protocol):
     @property
     def name(self) -> str:
         """What messages call it."""
-
     @property
     def hips(self) -> tuple[int, int] | None:
         """Left and right hip."""
-
     @property
     def shoulders(self) -> tuple[int, int] | None:
         """Left and right shoulder."""

@@ -234,9 +234,7 @@ class _Entries:
     def integer(self, name: str, *, high: int = MAX_FRAMES) -> int:
         """A whole number from 1 to `high`."""
         return int(
-            self._checked(
-                name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0
-            )
+            self._checked(name, f"a whole number from 1 to {high}", lambda value: _is_number(value) and 1 <= value <= high and value % 1 == 0)
         )
 
     def flag(self, name: str) -> bool:

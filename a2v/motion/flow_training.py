@@ -70,9 +70,7 @@ def _carry_over(path: str, network: FlowNetwork, codec: WindowCodec, features: i
     if shapes != wanted or len(theirs.window.mean) != len(codec.window.mean) or theirs.context_frames != codec.context_frames:
         raise InputError(f"{path} has other sizes, actions or windows; give the same --flow settings, or leave initial out")
     rotation = torch.from_numpy(theirs.window.rotation_to(codec.window))
-    changed = {"entry.weight": weights["entry.weight"] @ rotation} | {
-        name: rotation.T @ weights[name] for name in ("exit.weight", "exit.bias")
-    }
+    changed = {"entry.weight": weights["entry.weight"] @ rotation} | {name: rotation.T @ weights[name] for name in ("exit.weight", "exit.bias")}
     network.load_state_dict(weights | changed)
     return dataclasses.replace(codec, context=theirs.context)
 

@@ -39,9 +39,7 @@ def limb_of(skeleton: Skeleton, joint: int) -> tuple[int, int, int] | None:
     return chain[-4], chain[-3], chain[-2]
 
 
-def lock_feet(
-    motion: Motion, skeleton: Skeleton, *, kept: Sequence[int] = (), pace: float = 0.0, settings: ContactSettings = CONTACTS
-) -> Motion:
+def lock_feet(motion: Motion, skeleton: Skeleton, *, kept: Sequence[int] = (), pace: float = 0.0, settings: ContactSettings = CONTACTS) -> Motion:
     """A clip whose feet stay where they stand: each contact at its middle place, corrections smooth between; bones keep their lengths.
 
     The root keeps its path, and the frames `kept` their poses. On a path that is taken at `pace`, metres a second, feet count as standing

@@ -27,7 +27,9 @@ class FaceDetector(Solution):
     """Mediapipe's face mesh with irises; use as a context manager."""
 
     def _made(self, solutions: Any) -> Any:
-        graph = solutions.face_mesh.FaceMesh(static_image_mode=True, refine_landmarks=True, max_num_faces=1, min_detection_confidence=0.4)
+        graph = solutions.face_mesh.FaceMesh(
+            static_image_mode=True, refine_landmarks=True, max_num_faces=1, min_detection_confidence=0.4
+        )
         graph.process(np.zeros((32, 32, 3), np.uint8))  # it starts in a thread of its own, and logs what it does
         return graph
 

@@ -71,9 +71,7 @@ def read_openpose(data: bytes | str, *, photo_size: tuple[int, int] | None = Non
     expected = "expected OpenPose's JSON with people[..].pose_keypoints_2d of 25 or 18 points (x, y, confidence)"
     if len(data) > MAX_JSON_BYTES:
         raise InputError(f"{name} has {len(data) >> 20} MB; {expected}")
-    document = parse_json(
-        data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data, name, expected.removeprefix("expected ")
-    )
+    document = parse_json(data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data, name, expected.removeprefix("expected "))
     people = document.get("people") if isinstance(document, dict) else None
     if not isinstance(people, list):
         raise InputError(f"{name} has no list 'people'; {expected}")

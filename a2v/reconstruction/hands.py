@@ -110,9 +110,7 @@ def hand_patch(letter: str) -> HandPatch:
     model = load_body_model("anny")
     rest, heads = (part.numpy().astype(np.float64) for part in model.rest(torch.from_numpy(model.shape_default)))
     wrist, knuckle = (heads[model.bone_names.index(name + letter)] for name in ("wrist", "finger3-1"))
-    bones = [
-        bone for bone, name in enumerate(model.bone_names) if name.endswith(letter) and name.startswith(("wrist", "finger", "metacarpal"))
-    ]
+    bones = [bone for bone, name in enumerate(model.bone_names) if name.endswith(letter) and name.startswith(("wrist", "finger", "metacarpal"))]
     out = np.where(model.weights[:, bones].sum(axis=1) > 0.2, (rest - wrist) @ unit(knuckle - wrist), -np.inf)
     faces = model.faces.astype(np.int64)
     chosen = single_rim(faces, (out > _BEYOND)[faces].all(axis=1))

@@ -117,7 +117,9 @@ def _template() -> tuple[tuple[str | None, bytes], ...]:
     return tuple((None, scripts[name].encode()) if name in scripts else (name, piece) for name, piece in pieces)
 
 
-def write_character_page(path: str | os.PathLike[str], character: Character, clips: Clips, *, expressions: Strengths | None = None) -> None:
+def write_character_page(
+    path: str | os.PathLike[str], character: Character, clips: Clips, *, expressions: Strengths | None = None
+) -> None:
     """Write an HTML page that shows a character with its clips, named after them, and what its face does in them.
 
     Raises

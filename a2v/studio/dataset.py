@@ -87,9 +87,8 @@ def _write_index(folder: Path, settings: StudioSettings) -> None:
     if path.exists():
         found = read_index(folder)
         older = found.get("settings")
-        settled = (
-            {"people": "avatars", "varied": 0.0, **older} if isinstance(older, dict) else older
-        )  # folders from before there was a choice
+        # folders from before there was a choice
+        settled = {"people": "avatars", "varied": 0.0, **older} if isinstance(older, dict) else older
         if settled != plain or found.get("version") != VERSION:
             raise InputError(f"{folder} was made by other settings or another version (see its index.json); choose another --out")
         return

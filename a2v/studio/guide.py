@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from a2v.body.skin import outer_skin
 from a2v.geometry.rays import RayScene
+from a2v.io import write_npz
 from a2v.record import Record
+from a2v.studio.avatar_files import load_avatar
 from a2v.studio.avatars import Avatar, a_pose, linear_blend
 from a2v.studio.posing import avatar_body
-from a2v.studio.variation import Build, stretch
+from a2v.studio.variation import Build, split_of, stretch
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 if TYPE_CHECKING:
@@ -204,3 +207,23 @@ def unstack_guides(arrays: Mapping[str, np.ndarray]) -> dict[str, Guide]:
         key: Guide.from_arrays({"faces": arrays["faces"], **{n[len(key) + 1 :]: a for n, a in arrays.items() if n.startswith(f"{key}.")}})
         for key in keys
     }
+
+
+def prepare_guides(paths: Sequence[Path], folder: Path) -> None:
+    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is there; it takes minutes."""
+    if not (folder / "guide.npz").exists():
+        write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
+
+
+def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:
+    """A guide for each sex and outfit, on the first avatar of the training split that has them (of any split where none has)."""
+    chosen: dict[str, Path] = {}
+    for path in sorted(paths, key=lambda path: (split_of(path.stem) != "training", path.name)):
+        chosen.setdefault(guide_key(path.stem), path)
+    guides = {}
+    for key, path in sorted(chosen.items()):
+        part = folder / "guides" / f"{key}.npz"
+        if not part.exists():
+            fit_guide(load_avatar(path)).save(part)
+        guides[key] = Guide.load(part)
+    return guides

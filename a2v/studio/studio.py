@@ -7,7 +7,7 @@ alone.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -16,9 +16,9 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and_normals
-from a2v.io import read_npz, write_npz
+from a2v.io import read_npz
 from a2v.studio.avatar_files import list_avatars, load_avatar
-from a2v.studio.guide import Guide, fit_guide, guide_key, stack_guides, unstack_guides
+from a2v.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.studio.makehuman.named import LOOKS, named_person
 from a2v.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
 from a2v.studio.photograph import light_scene, photograph_scene
@@ -266,23 +266,3 @@ def _see_parts(scene: Scene, fore: SideView) -> IntArray:
 def _pack(normals: FloatArray) -> IntArray:
     """Unit normals as int8, 127 is 1."""
     return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)
-
-
-def prepare_guides(paths: Sequence[Path], folder: Path) -> None:
-    """Make ``guide.npz`` of a data set's folder, the guides of all avatars in `paths`, unless it is there; it takes minutes."""
-    if not (folder / "guide.npz").exists():
-        write_npz(folder / "guide.npz", stack_guides(_fit_guides(paths, folder)))
-
-
-def _fit_guides(paths: Sequence[Path], folder: Path) -> dict[str, Guide]:
-    """A guide for each sex and outfit, on the first avatar of the training split that has them (of any split where none has)."""
-    chosen: dict[str, Path] = {}
-    for path in sorted(paths, key=lambda path: (split_of(path.stem) != "training", path.name)):
-        chosen.setdefault(guide_key(path.stem), path)
-    guides = {}
-    for key, path in sorted(chosen.items()):
-        part = folder / "guides" / f"{key}.npz"
-        if not part.exists():
-            fit_guide(load_avatar(path)).save(part)
-        guides[key] = Guide.load(part)
-    return guides

@@ -29,9 +29,7 @@ def swung(body: Body, rig: Rig, side: str, degrees: float, frames: int = 60) -> 
     transforms = np.broadcast_to(body.rest_transforms.astype(np.float64), (frames, *body.rest_transforms.shape)).copy()
     t = np.arange(frames) / FPS
     angle = np.deg2rad(degrees) * np.exp(-(((t - t.mean()) / 0.25) ** 2)) * (-1 if side == "left" else 1)
-    turn_bones(
-        transforms, subtree(rig.parents, rig.bones[f"{side}_shoulder"]), rotvec_to_rotmat(angle[:, None] * np.array([0.0, 0.0, 1.0]))
-    )
+    turn_bones(transforms, subtree(rig.parents, rig.bones[f"{side}_shoulder"]), rotvec_to_rotmat(angle[:, None] * np.array([0.0, 0.0, 1.0])))
     return transforms
 
 
@@ -72,9 +70,7 @@ def test_motions_are_carried_over_so_and_raw_ones_are_not(body, rig):
     motion = person(frames=12)
     joints = motion.joints.copy()
     names = motion.joint_names
-    left = [
-        i for i, name in enumerate(names) if "left" in name.lower() and any(part in name.lower() for part in ("elbow", "wrist", "hand"))
-    ]
+    left = [i for i, name in enumerate(names) if "left" in name.lower() and any(part in name.lower() for part in ("elbow", "wrist", "hand"))]
     assert left
     shoulder = next(i for i, name in enumerate(names) if "left" in name.lower() and "shoulder" in name.lower())
     for step, joint in enumerate(left, 1):  # the arm hangs, and crosses the trunk
@@ -82,11 +78,7 @@ def test_motions_are_carried_over_so_and_raw_ones_are_not(body, rig):
     crossing = dataclasses.replace(motion, joints=joints)
     depth = {
         name: arm_depth(retarget(crossing, body, settings=settings).astype(np.float64), rig)[:, 0].max()
-        for name, settings in (
-            ("clear", RetargetSettings()),
-            ("off", RetargetSettings(clear_arms=False)),
-            ("raw", RetargetSettings(raw=True)),
-        )
+        for name, settings in (("clear", RetargetSettings()), ("off", RetargetSettings(clear_arms=False)), ("raw", RetargetSettings(raw=True)))
     }
     assert depth["off"] > 0.03
     assert depth["raw"] > 0.03

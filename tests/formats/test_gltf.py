@@ -159,11 +159,7 @@ def test_textures_of_other_programs_are_read(form: str) -> None:
     stream = io.BytesIO()
     Image.fromarray(np.full((4, 6, 3), 120, np.uint8)).save(stream, form)
     binary = stream.getvalue()
-    content = {
-        "images": [{"bufferView": 0}],
-        "bufferViews": [{"buffer": 0, "byteLength": len(binary)}],
-        "buffers": [{"byteLength": len(binary)}],
-    }
+    content = {"images": [{"bufferView": 0}], "bufferViews": [{"buffer": 0, "byteLength": len(binary)}], "buffers": [{"byteLength": len(binary)}]}
     assert np.abs(Gltf(Path("a.glb"), content, binary).image(0).astype(int) - 120).max() <= 1
     with pytest.raises(InputError, match="no readable JPEG, PNG or WebP"):
         Gltf(Path("a.glb"), content, b"GIF89a" + binary[6:]).image(0)

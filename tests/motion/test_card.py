@@ -93,9 +93,7 @@ def test_absurd_entries_are_refused(said, entry, value, words):
         parse_card(said | {entry: value}, FILE)
 
 
-@pytest.mark.parametrize(
-    ("entry", "value"), [("parents", "cycle"), ("parents", "half"), ("rest_directions", "short"), ("rest_directions", "long")]
-)
+@pytest.mark.parametrize(("entry", "value"), [("parents", "cycle"), ("parents", "half"), ("rest_directions", "short"), ("rest_directions", "long")])
 def test_absurd_trees_are_refused(said, entry, value):
     tree = copy.deepcopy(said["skeleton"])
     if value == "cycle":

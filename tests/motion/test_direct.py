@@ -146,9 +146,7 @@ def test_hands_are_held_in_place_and_before_the_body(model: MotionModel) -> None
 @pytest.mark.parametrize(("action", "seed"), [("Salsa", 5), ("Salsa", 8), ("Jump", 7)])
 def test_several_actions_lead_to_a_pose(model: MotionModel, action: str, seed: int) -> None:
     pose = model.sample("Walk", frames=60, seed=seed).joints[30]
-    motion = directed(
-        model, steps=[Step(action="Walk", seconds=3), Step(action=action, seconds=4)], keyframes=(Keyframe(time=6.5, joints=pose),)
-    )
+    motion = directed(model, steps=[Step(action="Walk", seconds=3), Step(action=action, seconds=4)], keyframes=(Keyframe(time=6.5, joints=pose),))
     assert np.linalg.norm(motion.joints[195] - pose, axis=-1).max() < 0.02
 
 

@@ -99,9 +99,7 @@ def test_the_sample_is_understood(person: Subject) -> None:
     found = person.bodymap
     assert found is not None
     height = bm.height_in_pixels(found.landmarks)
-    body = [
-        BLAZEPOSE.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-    ]
+    body = [BLAZEPOSE.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")]
     plain = find_person(decode_photo(SAMPLE.read_bytes()), settings=PerceptionSettings(bodymap=False))
     assert plain.bodymap is None
     assert np.median(np.linalg.norm(found.landmarks[body, :2] - plain.keypoints[body, :2], axis=1)) < 0.03 * height

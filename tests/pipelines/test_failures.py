@@ -71,10 +71,7 @@ def test_an_address_where_no_scheduler_is_takes_one_line(tmp_path, monkeypatch, 
     pytest.importorskip("distributed")
     monkeypatch.setattr(executors, "CONNECT_SECONDS", 2.0)
     begun = time.monotonic()
-    with (
-        pytest.raises(InputError, match="no Dask scheduler answers") as caught,
-        open_executor("dask", address=address.format(port=free_port())),
-    ):
+    with pytest.raises(InputError, match="no Dask scheduler answers") as caught, open_executor("dask", address=address.format(port=free_port())):
         pass
     assert "\n" not in str(caught.value)
     assert time.monotonic() - begun < 15
@@ -89,15 +86,10 @@ def test_a_scheduler_that_dies_is_explained(tmp_path):
     scheduler = subprocess.Popen(
         [sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"], **begin
     )
-    worker = subprocess.Popen(
-        [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin
-    )
+    worker = subprocess.Popen([sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin)
     try:
         threading.Timer(12.0, scheduler.kill).start()
-        with (
-            pytest.raises(A2VError, match=r"scheduler at .* stopped answering") as caught,
-            open_executor("dask", address=address) as executor,
-        ):
+        with pytest.raises(A2VError, match=r"scheduler at .* stopped answering") as caught, open_executor("dask", address=address) as executor:
             go(slow, Store(tmp_path / "store"), executor)
         assert "\n" not in str(caught.value)
     finally:

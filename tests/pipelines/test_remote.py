@@ -126,9 +126,7 @@ def dask(tmp_path: Path) -> Iterator[str]:
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     begin = [[sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"]]
     for name in ("w1", "w2"):
-        begin.append(
-            [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", name]
-        )
+        begin.append([sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", name])
     processes = []
     for place, words in enumerate(begin):
         folder = tmp_path / f"machine{place}"
@@ -200,3 +198,5 @@ def test_s3_keeps_what_machines_share(s3, tmp_path, monkeypatch):
     assert all(stats.cached == stats.calls for stats in second.nodes.values())
     assert second.get("total", Numbers).values[0] == expected(3, 2.0, VIEWS)
     assert first.values["total"] == second.values["total"]
+
+

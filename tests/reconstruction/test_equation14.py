@@ -57,9 +57,7 @@ def dense_optimum(truth, prior, neighbors, free, band, lambda_nn: float) -> floa
 def test_agrees_with_a_dense_convex_solver(lambda_nn: float, seed: int) -> None:
     truth, prior, neighbors, free, band = problem(seed=seed)
     start = np.where(free[:, None], 0.5, truth)
-    found = solve_colors(
-        start, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn, tolerance=1e-7, max_iterations=20000
-    )
+    found = solve_colors(start, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn, tolerance=1e-7, max_iterations=20000)
     best = dense_optimum(truth, prior, neighbors, free, band, lambda_nn)
     assert found.residual < 1e-7
     assert found.objective == pytest.approx(best, rel=2e-5)
@@ -74,10 +72,7 @@ def test_no_direction_is_downhill() -> None:
     for _ in range(200):
         step = np.zeros_like(truth)
         step[rng.choice(np.nonzero(free)[0], 3)] = rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-4, -1)
-        assert (
-            color_objective(found.colors + step, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=1.0)
-            > found.objective - 1e-6
-        )
+        assert color_objective(found.colors + step, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=1.0) > found.objective - 1e-6
 
 
 def test_loose_tolerance_is_near_the_optimum() -> None:
@@ -95,9 +90,7 @@ def test_band_ignores_the_prior_and_limits() -> None:
     a = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, tolerance=1e-6).colors
     b = solve_colors(truth, prior=everywhere, neighbors=neighbors, free=free, band=band, tolerance=1e-6).colors
     assert np.allclose(a, b, atol=1e-9)
-    alone = solve_colors(
-        truth, prior=prior, neighbors=neighbors, free=free, band=np.zeros_like(band), lambda_nn=1e-6, tolerance=1e-6
-    ).colors
+    alone = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=np.zeros_like(band), lambda_nn=1e-6, tolerance=1e-6).colors
     assert np.allclose(alone[free], prior[free], atol=1e-3)
     # with only neighbours that agree, the band takes their colour
     flat = np.where(free[:, None], 0.1, 0.7) * np.ones((1, 3))

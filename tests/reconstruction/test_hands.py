@@ -29,9 +29,7 @@ def relaxed(body: Body) -> Body:
 def mittens(body: Body) -> Reconstruction:
     """Around the body's straight hands: no fingers, a centimetre too thick, 13 mm off."""
     made = coated(body, cell=0.012, coat=0.01)
-    return dataclasses.replace(
-        made, surface=dataclasses.replace(made.surface, vertices=made.surface.vertices + np.float32([0, 0.01, 0.008]))
-    )
+    return dataclasses.replace(made, surface=dataclasses.replace(made.surface, vertices=made.surface.vertices + np.float32([0, 0.01, 0.008])))
 
 
 @pytest.fixture(scope="module")

@@ -81,10 +81,7 @@ class _Mixer(nn.Module):
     def __init__(self, width: int, kernel: int = 5) -> None:
         super().__init__()
         self.change = nn.Sequential(
-            _convolution(width, width, kernel, groups=width),
-            _convolution(width, 2 * width, 1),
-            nn.ReLU(True),
-            _convolution(2 * width, width, 1),
+            _convolution(width, width, kernel, groups=width), _convolution(width, 2 * width, 1), nn.ReLU(True), _convolution(2 * width, width, 1)
         )
 
     def forward(self, values: Tensor) -> Tensor:
@@ -129,9 +126,7 @@ class BodyMapNetwork(nn.Module):
         self.name = nn.Parameter(0.02 * torch.randn(count, TOKEN))
         layer = nn.TransformerEncoderLayer(TOKEN, 4, 2 * TOKEN, dropout=0.0, batch_first=True, norm_first=True, activation="gelu")
         self.attend = nn.TransformerEncoder(layer, 3, enable_nested_tensor=False)
-        self.out = nn.Linear(
-            TOKEN, 7
-        )  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
+        self.out = nn.Linear(TOKEN, 7)  # a correction, two scales, and how far to go from BlazePose's to the heat maps' in the picture and in depth
         nn.init.zeros_(self.out.weight)
         with torch.no_grad():
             self.out.bias.copy_(torch.tensor([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, -2.0]))

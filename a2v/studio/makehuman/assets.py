@@ -149,10 +149,7 @@ class Archive:
         if words is None:
             raise InputError(f"{self.path}:{material} names no diffuseTexture")
         name = self.beside(material, words.group(1))
-        with (
-            reading(f"{self.path}:{name}", "picture", "a JPEG or PNG"),
-            Image.open(io.BytesIO(self.bytes(name)), formats=("JPEG", "PNG")) as picture,
-        ):
+        with reading(f"{self.path}:{name}", "picture", "a JPEG or PNG"), Image.open(io.BytesIO(self.bytes(name)), formats=("JPEG", "PNG")) as picture:
             if max(picture.size) > MOST_PIXELS:
                 raise InputError(f"{self.path}:{name} has {picture.width} x {picture.height} pixels; expected at most {MOST_PIXELS} a side")
             return np.asarray(picture.convert("RGBA"))
@@ -193,9 +190,7 @@ def parse_mhclo(text: str, source: str) -> tuple[Binding, dict[str, str]]:
     if not np.isfinite(table).all() or table[:, :3].min() < 0 or table[:, :3].max() >= BASE_VERTICES:
         raise InputError(f"{source} binds to vertices beyond the {BASE_VERTICES} of hm08, or has numbers that are not finite")
     scales = tuple(_scale(said.get(f"{axis}_scale", ""), source) for axis in "xyz")
-    return Binding(
-        table[:, :3].astype(np.int64), table[:, 3:6], table[:, 6:9], scales, hides, int(float(said.get("z_depth", "0") or 0))
-    ), said
+    return Binding(table[:, :3].astype(np.int64), table[:, 3:6], table[:, 6:9], scales, hides, int(float(said.get("z_depth", "0") or 0))), said
 
 
 def _row(words: list[str], source: str) -> list[float]:

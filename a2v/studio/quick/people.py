@@ -13,7 +13,7 @@ from a2v.body.places import canonical_places
 from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.studio.avatar_files import list_avatars
-from a2v.studio.guide import Guide, guide_key, unstack_guides
+from a2v.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.studio.makehuman.people import Dresser
 from a2v.studio.quick.bank import PoseBank, open_bank
 from a2v.studio.quick.photo import places_of, quick_view, softened
@@ -21,7 +21,6 @@ from a2v.studio.quick.poses import draw_pose
 from a2v.studio.quick.settings import BLOCK, OUTFIT, SHARD, QuickSettings
 from a2v.studio.quick.views import QuickShard, QuickView
 from a2v.studio.scene import Outfit, PreparedAvatar, draw_outfit, prepare_avatar
-from a2v.studio.studio import prepare_guides
 from a2v.studio.variation import SPLITS, split_of
 from a2v.types import FloatArray, Progress
 

@@ -106,9 +106,7 @@ def test_a_run_resumes_and_refuses_other_settings(views: Path, tmp_path: Path) -
     assert [row["iteration"] for row in again] == [3, 4]
     whole, halves = (load_network(tmp_path / name)[0].state_dict() for name in ("whole", "halves"))
     assert all(torch.allclose(whole[name], halves[name], atol=1e-5) for name in whole)
-    start = BodyMapSettings(
-        iterations=1, learning_rate=1e-9, batch_size=2, measured=0, threads=1, device="cpu", initial=str(tmp_path / "whole")
-    )
+    start = BodyMapSettings(iterations=1, learning_rate=1e-9, batch_size=2, measured=0, threads=1, device="cpu", initial=str(tmp_path / "whole"))
     network = train_bodymap(views, tmp_path / "more", settings=start)
     assert all(torch.allclose(whole[name], weight, atol=1e-5) for name, weight in network.named_parameters())
     with pytest.raises(InputError, match="batch_size=2"):

@@ -157,14 +157,8 @@ def test_hostile_archives_are_refused(tmp_path: Path, files: dict[str, bytes], c
         ({"base/clothes/square/square.mhmat": b"diffuseTexture ../../../../../etc/passwd\n"}, "leads out of the archive"),
         ({"base/clothes/square/square.mhmat": b"name dull\n"}, "names no diffuseTexture"),
         ({"base/looks/square.png": b"no picture"}, "is no picture"),
-        (
-            {"base/clothes/square/square.obj": OBJ.replace("v 0 1 0\n", "").replace(" 4/4", "").encode()},
-            "binds 4 vertices, but its mesh has 3",
-        ),
-        (
-            {"base/clothes/square/square.mhclo": MHCLO.replace("square.obj", "round.obj").encode()},
-            "holds no 'base/clothes/square/round.obj'",
-        ),
+        ({"base/clothes/square/square.obj": OBJ.replace("v 0 1 0\n", "").replace(" 4/4", "").encode()}, "binds 4 vertices, but its mesh has 3"),
+        ({"base/clothes/square/square.mhclo": MHCLO.replace("square.obj", "round.obj").encode()}, "holds no 'base/clothes/square/round.obj'"),
     ],
 )
 def test_broken_items_are_refused(tmp_path: Path, files: dict[str, bytes], changed: dict[str, bytes], message: str) -> None:

@@ -32,9 +32,7 @@ def dressed(dresser: Dresser) -> Dressed:
 @pytest.fixture(scope="module")
 def studio(dresser: Dresser, data_dir: Path) -> Studio:
     library = PoseLibrary(bones=POSED_BONES, rotations=np.zeros((1, len(POSED_BONES), 3), np.float32), actions=("still",))
-    return Studio(
-        data_dir / "avatars", library, {}, StudioSettings(people="makehuman", actions=0.9, points=2000, surface_points=1500), dresser
-    )
+    return Studio(data_dir / "avatars", library, {}, StudioSettings(people="makehuman", actions=0.9, points=2000, surface_points=1500), dresser)
 
 
 def test_the_rig_is_the_avatars() -> None:
@@ -68,9 +66,7 @@ def test_the_t_pose_comes_back_to_where_clothes_were_laid_on(shape: dict[str, fl
 def test_nobody_of_the_validation_split_wears_what_training_shows(dresser: Dresser) -> None:
     people = {split: [draw_person(dresser.wardrobes, split, number, 0) for number in range(60)] for split in ("training", "validation")}
     worn = {
-        split: {
-            kind: {getattr(one, name) for one in all_} - {""} for kind, name in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair"))
-        }
+        split: {kind: {getattr(one, name) for one in all_} - {""} for kind, name in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair"))}
         for split, all_ in people.items()
     }
     for kind, held in HELD_OUT.items():

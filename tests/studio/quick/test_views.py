@@ -92,9 +92,7 @@ def test_places_are_those_of_the_landmarks_that_are_seen(block: list[QuickView])
 
 
 def test_frames_are_as_the_settings_say(studio: QuickStudio, data: Path) -> None:
-    whole = QuickStudio(
-        [path for own in studio.paths.values() for path in own], studio.bank, studio.guides, replace(SETTINGS, cut=0.0, shift=0.0)
-    )
+    whole = QuickStudio([path for own in studio.paths.values() for path in own], studio.bank, studio.guides, replace(SETTINGS, cut=0.0, shift=0.0))
     for view in whole.block("training", 1)[:6]:
         rows, columns = np.nonzero(view.mask)
         longer = max(np.ptp(rows), np.ptp(columns)) / 256
@@ -173,8 +171,7 @@ def test_every_other_block_is_one_of_makehumans_people(studio: QuickStudio, data
 
 
 @pytest.mark.parametrize(
-    "bad",
-    [{"people": "nobody"}, {"free": 1.2}, {"natural": 0.8, "open": 0.4}, {"fill": (0.9, 0.5)}, {"distance": (1.0, 2.0)}, {"yaw": -1.0}],
+    "bad", [{"people": "nobody"}, {"free": 1.2}, {"natural": 0.8, "open": 0.4}, {"fill": (0.9, 0.5)}, {"distance": (1.0, 2.0)}, {"yaw": -1.0}]
 )
 def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
     with pytest.raises(InputError):

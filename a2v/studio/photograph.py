@@ -65,11 +65,24 @@ class Lit:
 
 @dataclass(frozen=True, eq=False)
 class Photograph:
-    """A photo (H, H, 3) uint8 sRGB, its mask (H, H) uint8, 255 inside and soft at the rim, and the quality of its JPEG in per cent."""
+    """A photo.
+
+    Attributes
+    ----------
+    image : (H, H, 3) uint8
+        sRGB.
+    mask : (H, H) uint8
+        Where it shows the person: 255 inside and soft at the rim.
+    quality : int
+        Of its JPEG, per cent.
+    things : (H, H) uint8
+        Where it shows something that is no background and not the person, as `mask`.
+    """
 
     image: ByteArray
     mask: ByteArray
     quality: int
+    things: ByteArray
 
 
 def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.random.Generator, film: Film = FILM) -> Lit:
@@ -114,9 +127,60 @@ def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.ra
 
 
 def photograph_scene(
-    rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, generator: np.random.Generator, film: Film = FILM
+    rays: RayScene,
+    scene: Sitting,
+    fore: SideView,
+    lit: Lit,
+    generator: np.random.Generator,
+    film: Film = FILM,
+    *,
+    behind: FloatArray | None = None,
+    before: FloatArray | None = None,
 ) -> Photograph:
-    """Photograph a scene before a drawn background; `lit` is what `light_scene` made of the other arguments."""
+    """Photograph a scene; `lit` is what `light_scene` made of the other arguments.
+
+    Parameters
+    ----------
+    behind : (H, H, 3), optional
+        The background, linear light; one is drawn where there is none.
+    before : (H, H, 4), optional
+        What is in front of everything: linear light, and how much of it there is.
+    """
+    layer, size = _see(rays, scene, fore, lit, film), film.size
+    picture = background(size, layer.feet, generator) if behind is None else behind
+    picture = picture * (lit.gain / lit.gain.mean())
+    window = picture[layer.rows, layer.columns]
+    alpha = layer.coverage[..., None]
+    window[:] = alpha * layer.color + (1 - alpha) * window
+    whole, own = np.zeros((size, size), np.float32), np.zeros((size, size), np.float32)
+    whole[layer.rows, layer.columns], own[layer.rows, layer.columns] = layer.coverage, layer.own
+    if before is not None:
+        cover = before[..., 3]
+        picture = picture + cover[..., None] * (before[..., :3] * (lit.gain / lit.gain.mean()) - picture)
+        whole, own = np.maximum(whole, cover), own * (1 - cover)
+    image, quality = develop(picture, generator)
+    mask, things = (np.rint(255 * share).astype(np.uint8) for share in (own, np.maximum(whole - own, 0)))
+    return Photograph(image, mask, quality, things)
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """What the camera sees of a scene in a window of the photo.
+
+    `rows` and `columns` are the window's; color (h, w, 3) is linear light; coverage and own (h, w) say how much of a pixel the scene
+    covers, and how much of it the person does; feet is the row of the person's lowest point, pixels.
+    """
+
+    rows: slice
+    columns: slice
+    color: FloatArray
+    coverage: FloatArray
+    own: FloatArray
+    feet: float
+
+
+def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -> _Layer:
+    """Shade what the camera sees."""
     import cv2
 
     surface, camera, size = scene.surface, scene.camera, film.size
@@ -139,6 +203,7 @@ def photograph_scene(
     color = np.zeros((len(pixels), 3), np.float32)
     color[first.hit] = seen.color * factor
     coverage = first.hit.astype(np.float32)
+    own = (first.hit & scene.is_person(first.face)).astype(np.float32)
     # pixels at the silhouette and at jumps of depth are averages of four rays
     depth = np.where(first.hit, first.distance, far + 9).reshape(shape).astype(np.float32)
     jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3))) > 0.02 * (PHOTO_SIZE / size)
@@ -150,16 +215,17 @@ def photograph_scene(
     fine_color[fine.hit] = _shade(scene, lit, fine, fine_pixels, film).color * factor
     count = fine.hit.reshape(-1, 4).sum(axis=1)
     coverage[edge] = count / 4
+    own[edge] = (fine.hit & scene.is_person(fine.face)).reshape(-1, 4).sum(axis=1) / 4
     color[edge] = fine_color.reshape(-1, 4, 3).sum(axis=1) / np.maximum(count, 1)[:, None]
-    feet = float(high[1])
-    picture = background(size, feet, generator) * (lit.gain / lit.gain.mean())
-    window = picture[low[1] : high[1], low[0] : high[0]]
-    alpha = coverage.reshape(*shape, 1)
-    window[:] = alpha * color.reshape(*shape, 3) + (1 - alpha) * window
-    mask = np.zeros((size, size), np.uint8)
-    mask[low[1] : high[1], low[0] : high[0]] = np.rint(255 * coverage).reshape(shape)
-    image, quality = develop(picture, generator)
-    return Photograph(image, mask, quality)
+    feet = np.ceil(corner[: scene.person_vertices, 1].max()) + 2
+    return _Layer(
+        slice(low[1], high[1]),
+        slice(low[0], high[0]),
+        color.reshape(*shape, 3),
+        coverage.reshape(shape),
+        own.reshape(shape),
+        float(np.clip(feet, 0, size)),
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,11 +55,23 @@ class Sitting:
         The person, textured (albedo), metres.
     normals : (V, 3) float32
     camera : OrthographicCamera
+    own : (int, int), optional
+        How many of the first vertices and faces are the person's; the others are things'. All of them where it is None.
     """
 
     surface: Surface
     normals: FloatArray
     camera: OrthographicCamera
+    own: tuple[int, int] | None = None
+
+    @property
+    def person_vertices(self) -> int:
+        """How many of the first vertices are the person's."""
+        return len(self.surface.vertices) if self.own is None else self.own[0]
+
+    def is_person(self, faces: IntArray) -> BoolArray:
+        """Whether faces, by their numbers (n,), are the person's."""
+        return np.asarray(faces < (len(self.surface.faces) if self.own is None else self.own[1]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

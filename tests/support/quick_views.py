@@ -31,6 +31,7 @@ def invented_view(generator: np.random.Generator) -> QuickView:
     return QuickView(
         photo=cv2.imencode(".jpg", image.astype(np.uint8)[..., ::-1])[1].ravel(),
         mask=high > 0,
+        things=np.zeros((PHOTO, PHOTO), bool),
         places=np.rint(127 * places).astype(np.int8),
         front=(0.2 + thick).astype(np.float16),
         back=(0.2 - thick).astype(np.float16),

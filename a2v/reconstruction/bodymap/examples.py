@@ -14,7 +14,7 @@ from a2v.perception.bodymap import GREY, before_grey
 from a2v.perception.depth import HIPS
 from a2v.studio.quick.settings import SHARD
 from a2v.studio.quick.views import QuickShard, QuickView, list_shards
-from a2v.types import FloatArray
+from a2v.types import BoolArray, FloatArray
 
 _LESS = {0.3: (*range(1, 7), 9, 10), 0.6: tuple(range(17, 23)), 0.7: tuple(range(29, 33))}
 
@@ -43,7 +43,7 @@ class Example:
     depths : (2, 64, 64) float32
         Of front and back; 0 where there is none.
     seen : (2, 64, 64) bool
-        Whether there is a front, a back.
+        Whether a pixel sees the person, whose front and back it then shows. Where a thing hides the person it does not: no evidence.
     scale : () float32
         Sides of the picture per metre.
     """
@@ -63,13 +63,16 @@ def stack(examples: Sequence[Example]) -> Example:
 
 
 def make_example(view: QuickView, generator: np.random.Generator | None = None) -> Example:
-    """A view as an example, the person before grey; with a `generator` changed as photographs and masks of them may be, and mirrored every other time."""
+    """A view as an example, the person before grey; with a `generator` changed as photographs and masks of them may be, and mirrored every other time.
+
+    Landmarks behind things count as much as those behind the person's own body: they must be guessed, and their scales tell so.
+    """
     picture, mask = view.image.astype(np.float32) / 255, view.mask.astype(np.float32)
     points = view.landmarks.astype(np.float32)
     hips = points[HIPS, 2].mean()
     points = points - np.array([0, 0, hips], np.float32)
     flip = generator is not None and generator.random() < 0.5
-    picture, mask = (before_grey(picture, mask), mask) if generator is None else _changed(picture, mask, generator)
+    picture, mask = (before_grey(picture, mask), mask) if generator is None else _changed(picture, mask, view.things, generator)
     inside = ((points[:, :2] > 0.01) & (points[:, :2] < 0.99)).all(axis=1)
     depths = np.stack([view.front, view.back]).astype(np.float32) - hips
     example = Example(
@@ -78,7 +81,7 @@ def make_example(view: QuickView, generator: np.random.Generator | None = None) 
         weights=(landmark_weights() * np.where(inside, 1.0, 0.1)).astype(np.float32),
         places=view.places.astype(np.float32).transpose(2, 0, 1) / 127,
         depths=np.nan_to_num(depths),
-        seen=np.isfinite(depths),
+        seen=np.isfinite(depths) & ~view.hidden,
         scale=np.array(view.scale, np.float32),
     )
     return mirrored(example) if flip else example
@@ -98,11 +101,17 @@ def mirrored(example: Example) -> Example:
     )
 
 
-def _changed(picture: FloatArray, mask: FloatArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """A picture (256, 256, 3) mostly before grey, with something before it, in other light; and a mask (256, 256) with errors, or none at all."""
+def _changed(picture: FloatArray, mask: FloatArray, things: BoolArray, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """A picture (256, 256, 3) mostly before grey, with something before it, in other light; and a mask (256, 256) with errors, or none at all.
+
+    Two masks in five take what is near the person of `things` (256, 256) for the person, as segmentations do.
+    """
     import cv2
 
     size, picture, mask = len(mask), picture.copy(), mask.copy()
+    if things.any() and generator.random() < 0.4:
+        reach = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(generator.integers(4, 40)) + 1,) * 2)
+        mask = np.maximum(mask, cv2.dilate(mask, reach) * things)
     if generator.random() < 0.88:
         plain = generator.random(3).astype(np.float32) if generator.random() < 0.15 else GREY
         cover, kind = mask, generator.random()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping, Sequence
+from copy import copy
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,13 @@ from a2v.studio.avatar_files import list_avatars
 from a2v.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.studio.makehuman.people import Dresser
 from a2v.studio.quick.bank import PoseBank, open_bank
+from a2v.studio.quick.clutter import Clutter, CutOut
 from a2v.studio.quick.photo import places_of, quick_view, softened
 from a2v.studio.quick.poses import draw_pose
 from a2v.studio.quick.settings import BLOCK, OUTFIT, SHARD, QuickSettings
 from a2v.studio.quick.views import QuickShard, QuickView
 from a2v.studio.scene import Outfit, PreparedAvatar, draw_outfit, prepare_avatar
+from a2v.studio.things.backgrounds import Backgrounds
 from a2v.studio.variation import SPLITS, split_of
 from a2v.types import FloatArray, Progress
 
@@ -28,6 +31,8 @@ HELD_OUT: tuple[str, ...] = ("Asian_M_1", "Black_M_1", "White_F_1")
 """Avatars of the studio's training split whom quick views show in the validation split alone. The studio's own validation and report
 identities are in neither: they are for the figures of what uses the network."""
 TRIES = 20
+CROWD = 64
+"""Successive blocks with the same other people."""
 
 
 def prepare_folder(folder: str | os.PathLike[str], data: str | os.PathLike[str], progress: Progress | None = None) -> None:
@@ -65,7 +70,7 @@ class QuickStudio:
     Raises
     ------
     InputError
-        The settings want MakeHuman's people, and nobody dresses them.
+        The settings want MakeHuman's people, and nobody dresses them, or name a folder of backgrounds without any.
     """
 
     def __init__(
@@ -82,6 +87,8 @@ class QuickStudio:
         own = [path for path in paths if split_of(path.stem) == "training"]
         self.paths = {split: [path for path in own if quick_split_of(path.stem) == split] for split in SPLITS}
         self.bank, self.guides, self.settings, self.dresser = bank, guides, settings, dresser
+        self._photographs = Backgrounds(settings.backgrounds) if settings.photographs else None
+        self._crowd: tuple[tuple[str, int], list[CutOut]] | None = None
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: QuickSettings) -> QuickStudio:
@@ -115,24 +122,41 @@ class QuickStudio:
         blocks = range(SHARD // BLOCK * number, SHARD // BLOCK * (number + 1))
         return QuickShard.of([view for block in blocks for view in self.block(split, block)])
 
-    def block(self, split: str, number: int) -> list[QuickView]:
+    def block(self, split: str, number: int, *, outfits: int = BLOCK // OUTFIT) -> list[QuickView]:
         """The 16 views of one person, in an outfit for every four. Of "both" every other block is an avatar's."""
         settings = self.settings
         generator = np.random.default_rng([settings.seed, SPLITS.index(split), number, 11])
         prepared, guide = self._person(split, number, generator)
         places = places_of(prepared, guide, canonical_places())
+        others = self._passers_by(split, number // CROWD) if settings.others else []
         views: list[QuickView] = []
-        for _ in range(BLOCK // OUTFIT):
+        for _ in range(outfits):
             outfit = draw_outfit(prepared, generator)
             outfit = dataclasses.replace(outfit, texture=softened(outfit.texture))
-            views += [self._view(split, outfit, guide, places, generator) for _ in range(OUTFIT)]
+            views += [self._view(split, outfit, guide, places, others, generator) for _ in range(OUTFIT)]
         return views
 
-    def _view(self, split: str, outfit: Outfit, guide: Guide, places: FloatArray, generator: np.random.Generator) -> QuickView:
+    def _passers_by(self, split: str, number: int) -> list[CutOut]:
+        """The other people of so many blocks: four of the split, each in four views with nothing around; the last ones are kept."""
+        if self._crowd is None or self._crowd[0] != (split, number):
+            plain = dataclasses.replace(self.settings, cut=0.0, shift=0.0, things=0.0, furniture=0.0, others=0.0, photographs=0.0)
+            studio = copy(self)
+            studio.settings = plain
+            blocks = [10**6 + 4 * number + at for at in range(4)]
+            cut = [CutOut.of(view) for block in blocks for view in studio.block(split, block, outfits=1)]
+            self._crowd = (split, number), cut
+        return self._crowd[1]
+
+    def _view(
+        self, split: str, outfit: Outfit, guide: Guide, places: FloatArray, others: Sequence[CutOut], generator: np.random.Generator
+    ) -> QuickView:
         """A view that shows enough of the person."""
         for _ in range(TRIES):
             pose = draw_pose(self.bank, split, self.settings, generator)
-            made = quick_view(outfit, guide, places, pose, self.settings, generator)
+            clutter = Clutter.draw(self.settings, others, self._photographs, generator)
+            if clutter.held is not None:
+                pose |= clutter.held.pose
+            made = quick_view(outfit, guide, places, pose, self.settings, generator, clutter)
             if made is not None:
                 return made
         raise InputError(f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if it is broken")

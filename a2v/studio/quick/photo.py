@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -10,16 +12,22 @@ from a2v.geometry.rays import Hits, RayScene, SideView, side_view
 from a2v.studio.guide import Guide
 from a2v.studio.photograph import Film, light_scene, photograph_scene
 from a2v.studio.posing import Pose
+from a2v.studio.quick.clutter import Clutter
 from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.quick.views import MAP, PHOTO, QuickView
 from a2v.studio.scene import Outfit, PreparedAvatar, Sitting, Stand, stand
 from a2v.studio.solid import smooth_normals
+from a2v.studio.things.solids import Thing, with_thing
 from a2v.studio.variation import Build
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 FILM = Film(size=PHOTO, shadows=128, rays=4, lamp_rays=2, blur=0.8, lamp_blur=0.8)
 LEAST_SEEN = 0.03
 """Of the shadows' pixels that must see the person: less is no picture of anybody."""
+LEAST_LEFT = 0.4
+"""Of the pixels that would see the person without things, the share that still must."""
+
+NOTHING = Clutter()
 
 
 def softened(texture: ByteArray) -> ByteArray:
@@ -38,7 +46,13 @@ def places_of(prepared: PreparedAvatar, guide: Guide, places: CanonicalPlaces) -
 
 
 def quick_view(
-    outfit: Outfit, guide: Guide, places: FloatArray, pose: Pose, settings: QuickSettings, generator: np.random.Generator
+    outfit: Outfit,
+    guide: Guide,
+    places: FloatArray,
+    pose: Pose,
+    settings: QuickSettings,
+    generator: np.random.Generator,
+    clutter: Clutter = NOTHING,
 ) -> QuickView | None:
     """Turn, frame, light and photograph a posed person; None where the picture shows too little of it.
 
@@ -50,31 +64,55 @@ def quick_view(
         The person's, for the landmarks.
     places : (V, 3) float
         Of the person's vertices (`places_of`).
+    clutter : Clutter
+        What is around the person; the pose holds what it has in the hands.
     """
     yaw = float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
     placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
     middle, side = _draw_square(placed.seen, settings, generator)
     origin = np.append(middle, placed.seen[:, 2].mean())
-    sitting = _sit(placed, origin, side)
-    surface, camera = sitting.surface, sitting.camera
-    rays = RayScene(surface.vertices, surface.faces)
-    seen = side_view(rays, surface.vertices, surface.faces, sitting.normals, camera, PHOTO, FILM.shadows, 1)
-    if seen.hits.hit.mean() < LEAST_SEEN:
+    alone = _sit(placed, origin, side)
+    bare = RayScene(alone.surface.vertices, alone.surface.faces)
+    rays, sitting, seen = bare, alone, _see(bare, alone, FILM.shadows)
+    person = seen.hits.hit
+    if person.mean() < LEAST_SEEN:
         return None
+    if (solids := clutter.solids(placed, generator)) is not None:
+        sitting = _among(alone, solids[0].moved(-origin), solids[1])
+        rays = RayScene(sitting.surface.vertices, sitting.surface.faces)
+        seen = _see(rays, sitting, FILM.shadows)
+        left = seen.hits.hit & sitting.is_person(seen.hits.face)
+        if left.mean() < LEAST_SEEN or left.sum() < LEAST_LEFT * person.sum():
+            return None
     lit = light_scene(rays, sitting, seen, generator, FILM)
-    photo = photograph_scene(rays, sitting, seen, lit, generator, FILM)
-    fore, rear = (side_view(rays, surface.vertices, surface.faces, sitting.normals, camera, PHOTO, MAP, way) for way in (1, -1))
+    feet = float(np.clip(np.ceil(alone.camera.project(alone.surface.vertices)[:, 1].max()) + 2, 0, PHOTO))
+    behind, before = clutter.around(feet, person.reshape(FILM.shadows, FILM.shadows), generator)
+    photo = photograph_scene(rays, sitting, seen, lit, generator, FILM, behind=behind, before=before)
+    fore, rear = _see(bare, alone, MAP), _see(bare, alone, MAP, -1)
     marks = placed.landmarks(guide) - origin
     return QuickView(
         photo=cv2.imencode(".jpg", photo.image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, photo.quality])[1].ravel(),
         mask=photo.mask > 127,
-        places=_places_seen(fore.hits, surface.faces, places),
+        things=(photo.things > 127) & (photo.mask <= 127),
+        places=_places_seen(fore.hits, alone.surface.faces, places),
         front=_depth(fore, side),
         back=_depth(rear, side),
         landmarks=np.stack([marks[:, 0] / side + 0.5, 0.5 - marks[:, 1] / side, marks[:, 2] / side], axis=-1).astype(np.float32),
         scale=1 / side,
         yaw=float((yaw + 180) % 360 - 180),
     )
+
+
+def _see(rays: RayScene, scene: Sitting, size: int, side: int = 1) -> SideView:
+    """A scene on `size` pixels a side, from the front (1) or through from the back (-1)."""
+    surface = scene.surface
+    return side_view(rays, surface.vertices, surface.faces, scene.normals, scene.camera, PHOTO, size, side)
+
+
+def _among(alone: Sitting, thing: Thing, patterns: Sequence[ByteArray]) -> Sitting:
+    """A person among things in the same frame."""
+    surface, normals = with_thing(alone.surface, alone.normals, thing, patterns)
+    return Sitting(surface=surface, normals=normals, camera=alone.camera, own=(len(alone.surface.vertices), len(alone.surface.faces)))
 
 
 def _draw_square(seen: FloatArray, settings: QuickSettings, generator: np.random.Generator) -> tuple[FloatArray, float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from a2v.errors import InputError
 from a2v.studio.settings import PEOPLE
 
-VERSION = 1
+VERSION = 2
 """Of what a seed gives: raise it when quick views change, so that a folder never mixes two kinds."""
 
 SHARD, BLOCK, OUTFIT = 64, 16, 4
@@ -46,6 +46,13 @@ class QuickSettings:
         Standard deviation of the box's middle from the picture's, in the box's longer side.
     cut : float
         Share of people whom the picture's border cuts.
+    things, furniture, others : float
+        Shares of people with something in the hands, with furniture that mostly hides a part of them, and with other people before or behind
+        them. All of these, and photographs, at 0 give the views of version 1.
+    photographs : float
+        Share of people before a photograph instead of a drawn background.
+    backgrounds : str
+        Folder of photographs beside those of scikit-image's wheel; "" for none.
     """
 
     seed: int = 0
@@ -64,11 +71,16 @@ class QuickSettings:
     fill: tuple[float, ...] = (0.68, 0.9)
     shift: float = 0.04
     cut: float = 0.12
+    things: float = 0.2
+    furniture: float = 0.15
+    others: float = 0.1
+    photographs: float = 0.3
+    backgrounds: str = ""
 
     def __post_init__(self) -> None:
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")
-        shares = ("natural", "open", "common", "limbs", "free", "bent", "curled", "facing", "cut")
+        shares = ("natural", "open", "common", "limbs", "free", "bent", "curled", "facing", "cut", "things", "furniture", "others", "photographs")
         if bad := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if self.natural + self.open > 1:

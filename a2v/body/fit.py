@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -49,6 +50,20 @@ class FitResult:
     residuals: Mapping[str, Any] = field(default_factory=dict)
 
 
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by the clock, twice the processor's time)."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+@_one_thread()
 def fit_body(
     subject: Subject,
     *,

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import parse_json, read_bytes
 from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
@@ -197,18 +196,3 @@ def list_views(folder: str | os.PathLike[str], split: str) -> list[Path]:
     if not found:
         raise InputError(f"{folder} has no views of the split '{split}'; make some with a2v studio --out {folder}")
     return found
-
-
-def read_index(folder: str | os.PathLike[str]) -> dict[str, object]:
-    """What made a data set: its ``index.json``.
-
-    Raises
-    ------
-    InputError
-        It is missing or broken.
-    """
-    path = Path(folder) / "index.json"
-    content = parse_json(read_bytes(path, limit=1 << 24), path, "the index.json of a folder that a2v studio wrote")
-    if not isinstance(content, dict):
-        raise InputError(f"{path} holds no JSON object; give the folder that a2v studio wrote")
-    return content

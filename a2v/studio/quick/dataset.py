@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import os
 import time
 from collections.abc import Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 
-from a2v.errors import InputError
-from a2v.io import atomic_path, parse_json, read_bytes
+from a2v.studio.index import keep_index
 from a2v.studio.quick.people import QuickStudio, prepare_folder
 from a2v.studio.quick.settings import SHARD, VERSION, QuickSettings
 from a2v.studio.quick.views import shard_path
@@ -65,7 +62,7 @@ def write_quick_views(
         for number in range(-(-count // SHARD))
         if not shard_path(folder, split, number).exists()
     ]
-    _write_index(folder, settings)
+    keep_index(folder, settings, VERSION)
     if not todo:
         return 0.0
     prepare_folder(folder, data, preparing)
@@ -85,14 +82,3 @@ def _open_studio(folder: str, data: str, settings: QuickSettings) -> QuickStudio
 
 def _write(folder: str, data: str, settings: QuickSettings, shard: tuple[str, int]) -> None:
     _open_studio(folder, data, settings).shard(*shard).save(shard_path(folder, *shard))
-
-
-def _write_index(folder: Path, settings: QuickSettings) -> None:
-    """Write ``index.json``, or check that the folder was made by the same settings."""
-    content = {"version": VERSION, "settings": json.loads(json.dumps(dataclasses.asdict(settings)))}
-    path = folder / "index.json"
-    if not path.exists():
-        with atomic_path(path) as temporary:
-            temporary.write_text(json.dumps(content, indent=1))
-    elif parse_json(read_bytes(path, limit=1 << 20), path, "the index.json of a folder of quick views") != content:
-        raise InputError(f"{folder} was made by other settings or another version (see its index.json); choose another folder")

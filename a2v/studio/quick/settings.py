@@ -80,7 +80,9 @@ class QuickSettings:
     def __post_init__(self) -> None:
         if self.people not in PEOPLE:
             raise InputError(f"people is '{self.people}'; choose from {', '.join(PEOPLE)}")
-        shares = ("natural", "open", "common", "limbs", "free", "bent", "curled", "facing", "cut", "things", "furniture", "others", "photographs")
+        shares = (
+            "natural", "open", "common", "limbs", "free", "bent", "curled", "facing", "cut", "things", "furniture", "others", "photographs",
+        )  # fmt: skip
         if bad := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
             raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if self.natural + self.open > 1:

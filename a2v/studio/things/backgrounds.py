@@ -13,6 +13,7 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
+from a2v.io import reading
 from a2v.types import ByteArray, FloatArray
 
 WHEEL = ("brick.png", "chelsea.png", "clock_motion.png", "coffee.png", "grass.png", "gravel.png", "hubble_deep_field.jpg", "rocket.jpg")
@@ -49,7 +50,13 @@ class Backgrounds:
         self._read = lru_cache(maxsize=64)(_read)
 
     def draw(self, size: int, generator: np.random.Generator) -> FloatArray:
-        """A part of one of the photographs, linear light (size, size, 3) float32: mirrored, lighter or darker, tinted and blurred as it comes."""
+        """A part of one of the photographs, linear light (size, size, 3) float32: mirrored, lighter or darker, tinted and blurred as it comes.
+
+        Raises
+        ------
+        InputError
+            The picture cannot be read.
+        """
         image = self._read(str(self.paths[int(generator.integers(len(self.paths)))]))
         height, width = image.shape[:2]
         side = max(2, int(min(height, width) * generator.uniform(0.35, 1.0)))
@@ -73,11 +80,8 @@ def _of_wheel() -> list[Path]:
 
 
 def _read(path: str) -> ByteArray:
-    try:
-        with Image.open(path) as file:
-            file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded small
-            image = file.convert("RGB")
-    except (OSError, Image.DecompressionBombError) as error:
-        raise InputError(f"{path} is no picture that can be read ({error}); remove it from the folder of backgrounds") from error
+    with reading(path, "picture", "a JPEG, PNG or WebP"), Image.open(path, formats=("JPEG", "PNG", "WEBP")) as file:
+        file.draft("RGB", (2 * _LONGEST, 2 * _LONGEST))  # large JPEGs are decoded small
+        image = file.convert("RGB")
     image.thumbnail((_LONGEST, _LONGEST))
     return np.ascontiguousarray(image)

@@ -66,7 +66,9 @@ def draw_furniture(body: Body, generator: np.random.Generator) -> Thing:
         seat = _seat(body, generator)
         return joined([seat, _before(body, generator)]) if generator.random() < 0.2 else seat
     if generator.random() < 0.15:
-        return _about(_chair(body.hips[1] * generator.uniform(0.4, 0.55), generator), body, body.back - generator.uniform(0.3, 0.8), generator)
+        return _about(
+            _chair(body.hips[1] * generator.uniform(0.4, 0.55), generator), body, body.back - generator.uniform(0.3, 0.8), generator
+        )
     return _before(body, generator)
 
 

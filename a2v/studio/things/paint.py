@@ -18,7 +18,9 @@ def draw_patterns(generator: np.random.Generator, count: int) -> list[ByteArray]
 
 def _color(generator: np.random.Generator) -> FloatArray:
     """sRGB (3,) in [0, 1]: any hue, black and white among them."""
-    value = generator.choice([generator.uniform(0.02, 0.2), generator.uniform(0.2, 0.95), generator.uniform(0.85, 1.0)], p=[0.25, 0.5, 0.25])
+    value = generator.choice(
+        [generator.uniform(0.02, 0.2), generator.uniform(0.2, 0.95), generator.uniform(0.85, 1.0)], p=[0.25, 0.5, 0.25]
+    )
     return np.array(colorsys.hsv_to_rgb(generator.random(), generator.uniform(0, 0.95) ** 1.5, value), np.float32)
 
 

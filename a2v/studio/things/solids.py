@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from a2v.errors import InputError
 from a2v.studio.solid import smooth_normals
 from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
@@ -111,9 +112,14 @@ def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Se
     thing : Thing
         In the surface's frame.
     patterns : sequence of (TILE, TILE, 3) uint8
+
+    Raises
+    ------
+    InputError
+        The surface has no texture.
     """
-    assert surface.uv is not None
-    assert surface.texture is not None
+    if surface.uv is None or surface.texture is None:
+        raise InputError("the surface has no texture")
     height, width = surface.texture.shape[:2]
     strip = np.zeros((TILE, width, 3), np.uint8)
     for number, pattern in enumerate(patterns):

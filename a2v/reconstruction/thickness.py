@@ -1,8 +1,7 @@
-"""How thick a person can be at a pixel: slabs are found, and limits that a field of signed distances keeps to.
+"""How thick a person can be at a pixel: slabs are found.
 
-A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep. `local_radius` is the width, `local_profile` the depth of
-a round body of that width. `slab_share` counts the pixels at which a surface is deeper than that *and* than the fitted body. `reach_map` says how far from
-a fitted body the person can be: where the silhouette leaves it a network has nothing to go by.
+A silhouette tells how wide a limb or a piece of cloth is, and what is that wide is about that deep. `local_radius` is the width; `slab_share` counts the
+pixels at which a surface is deeper than that *and* than the fitted body.
 """
 
 from __future__ import annotations
@@ -20,12 +19,6 @@ from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera,
 
 THICK, THIN = 1.6, 0.04
 """More than `THICK` times as thick as it can be is a slab; what is thinner than `THIN` metres, as every rim is, counts as so thick."""
-WIDEST = 0.13
-"""Radius, metres, of the widest round thing that hangs beside a fitted body: a ball, a skirt's fold, a head of hair."""
-SLACK = 0.008
-"""What a piece may be thicker than round, metres to each side."""
-PADDING = (0.5, 0.035, 0.08)
-"""How far clothes stand off before and behind the body: this share of the limb's radius, between these metres."""
 STEPS = 24
 """Radii that `local_radius` tries."""
 
@@ -55,13 +48,6 @@ def _distance_to(known: BoolArray) -> FloatArray:
     import cv2
 
     return np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-
-
-def local_profile(mask: BoolArray, widest: float = np.inf) -> FloatArray:
-    """Half the depth (H, W) float32, pixels, of round bodies that fill a mask (H, W): that of a ball of `local_radius`, at most `widest`."""
-    radius = np.minimum(local_radius(mask), widest)
-    into = np.minimum(_depth_within(mask), radius)
-    return np.asarray(np.sqrt(np.maximum(into * (2 * radius - into), 0)), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,21 +117,3 @@ def slab_share(surface: Surface, body: Body, camera: OrthographicCamera, mask: F
     held = see_layers(skin, skin_faces, camera, asked).longest
     width = 2 * local_radius(inside)[inside] * step / camera.scale
     return float((own > THICK * np.maximum(np.maximum(width, held), THIN)).mean())
-
-
-def reach_map(mask: BoolArray, body: BoolArray, single: BoolArray, pixels_per_metre: float) -> FloatArray:
-    """How far, metres, the person can be from the skin of the fitted body, by pixel (H, W).
-
-    A piece beside the body (what `mask` (H, W) has more than `body` (H, W)) lies around the limb like cloth, as far from its skin as from its contour in the
-    photo, or is as deep as it is wide (`local_profile`), whichever is less. Before and behind the body cloth is as thick as beside it, but at least as
-    `PADDING` says: most where the body is `single` (H, W), not one limb before another.
-    """
-    import cv2
-
-    beside = np.where(mask & ~body, _distance_to(body), 0)
-    around = spread(beside)
-    deep = local_profile(mask, WIDEST * pixels_per_metre)
-    share, least, most = (PADDING[0], *(size * pixels_per_metre for size in PADDING[1:]))
-    over = np.where(single, np.clip(share * local_radius(mask), least, most), least)
-    reach = np.where(body, np.maximum(over, np.minimum(around, most)), np.minimum(around, np.hypot(beside, deep)))
-    return np.asarray(SLACK + cv2.GaussianBlur(reach.astype(np.float32), (0, 0), 0.7) / pixels_per_metre)

@@ -312,7 +312,7 @@ def test_alignment_takes_a_turn_off_and_slabs_count(wide: trimesh.Trimesh) -> No
     deep[:, 2] *= np.where(deep[:, 1] < 0, 2.0, 1.0)  # the lower half is a slab
     slab = truth.compare_shape(truth.place(dataclasses.replace(case.surface, vertices=deep), CAMERA, subject_of(case)))
     assert slab["thick"] == pytest.approx(50, abs=3)
-    assert slab["slabs"] == pytest.approx(50, abs=3)
+    assert slab["slabs"] == slab["slabs_slack"] == pytest.approx(50, abs=3)
     plain = truth.compare_shape(truth.place(case.surface, CAMERA, subject_of(case)))
     assert plain["thick"] == plain["slabs"] == 0
 
@@ -323,7 +323,17 @@ def test_what_stands_apart_is_no_slab(wide: trimesh.Trimesh) -> None:
     apart = make_case(trimesh.util.concatenate([before, behind])).surface
     shape = truth.compare_shape(dataclasses.replace(truth.place(apart, CAMERA, subject_of(make_case(wide))), surface=apart))
     assert shape["thick"] > 95
-    assert shape["slabs"] == 0
+    assert shape["slabs"] == shape["slabs_slack"] == 0
+
+
+def test_the_rim_of_what_is_turned_is_a_slab_only_without_slack() -> None:
+    flat = trimesh.creation.cylinder(0.15, 0.6, sections=64).apply_scale([1, 0.6, 1])
+    flat.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    truth = Truth(make_case(flat), SETTINGS)
+    aside = make_case(flat.copy().apply_translation([0.008, 0, 0])).surface
+    shape = truth.compare_shape(dataclasses.replace(truth.place(aside, CAMERA, subject_of(make_case(flat))), surface=aside))
+    assert 1 < shape["slabs"] < 10
+    assert shape["slabs_slack"] == 0
 
 
 def test_detail_of_a_blurred_back_is_less() -> None:

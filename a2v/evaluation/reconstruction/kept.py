@@ -12,7 +12,7 @@ import numpy as np
 
 from a2v.evaluation.reconstruction.methods import Method, Outcome, Result
 from a2v.evaluation.reconstruction.pictures import picture_rows, stack_rows
-from a2v.evaluation.reconstruction.settings import BenchmarkSettings
+from a2v.evaluation.reconstruction.settings import METRICS, BenchmarkSettings
 from a2v.io import atomic_path, sha256
 from a2v.reconstruction.backends import backend_digest
 from a2v.studio.settings import VERSION
@@ -38,7 +38,7 @@ class Measured:
         self.folder = Path(folder)
         self.cases = self.folder.parent / "cases"
         protocol = {name: value for name, value in dataclasses.asdict(settings).items() if name not in ("views", "panel")}
-        self._common = [protocol, VERSION, dataclasses.asdict(studio.settings)]
+        self._common = [protocol, VERSION, dataclasses.asdict(studio.settings), list(METRICS)]
 
     def _path(self, index: int, method: Method) -> Path:
         key = sha256(json.dumps([*self._common, method.name, backend_digest(method.backend, method.weights)], sort_keys=True).encode())[:16]

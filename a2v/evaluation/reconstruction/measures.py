@@ -20,6 +20,9 @@ from a2v.geometry.rays import RayScene
 from a2v.reconstruction.thickness import THICK, THIN, see_layers
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
+ASIDE = 0.01
+"""What lies so near in the picture, metres, is the same place for `slabs_slack`: the rims of a silhouette, where all things are thin."""
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -81,23 +84,29 @@ class Truth:
             "chamfer_aligned": 100 * aligned[0],
             "p2s_aligned": 100 * aligned[1],
             "thick": 100 * thick_share(*(tuple(side.depth for side in pair) for pair in (maps, self.sides))),
-            "slabs": 100 * self._slabs(surface),
+            "slabs": 100 * self._slabs(surface, 0.0),
+            "slabs_slack": 100 * self._slabs(surface, ASIDE),
             "normals": float(np.concatenate(cosines).mean()),
             "normals_nearest": float(np.abs((normals * self._face_normals[there.face]).sum(axis=1)).mean()),
             "iou": float((mine & true).sum() / (mine | true).sum()),
         }
 
-    def _slabs(self, surface: Surface) -> float:
+    def _slabs(self, surface: Surface, aside: float) -> float:
         """Share of the pixels of both silhouettes at which the longest way through the solid is over `THICK` times as long as from the truth's
-        front to its back: unlike in `thick_share`, limbs that stand apart are not slabs.
+        front to its back: unlike in `thick_share`, limbs that stand apart are not slabs. The truth counts as its thickest within `aside` metres.
         """
+        import cv2
+
         step = max(self.photo) / self.settings.size
         rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in self.photo)
-        pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1).reshape(-1, 2) + 0.0137 * step  # along no edge
-        own = see_layers(surface.vertices.astype(np.float64), surface.faces, self.case.camera, pixels).longest
-        real = self.sides[0].depth.ravel() - self.sides[1].depth.ravel()
-        both = np.isfinite(real) & (own > 0)
-        return float((own[both] > THICK * np.maximum(real[both], THIN)).mean())
+        pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1) + 0.0137 * step  # along no edge
+        own = see_layers(surface.vertices.astype(np.float64), surface.faces, self.case.camera, pixels.reshape(-1, 2)).longest
+        real = self.sides[0].depth - self.sides[1].depth
+        both = np.isfinite(real) & (own.reshape(real.shape) > 0)
+        reach = round(aside * self.case.camera.scale / step)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+        thickest = cv2.dilate(np.nan_to_num(real).astype(np.float32), disc)
+        return float((own.reshape(real.shape)[both] > THICK * np.maximum(thickest[both], THIN)).mean())
 
     def _aligned(self, surface: Surface, points: FloatArray) -> tuple[float, float]:
         return aligned_distances(surface.vertices, surface.faces, points, self._outer, self._triangles, self.case.points)

@@ -18,6 +18,7 @@ METRICS: Mapping[str, tuple[str, int]] = {
     "p2s_aligned": ("P2S↓", 2),
     "thick": ("Too thick %↓", 2),
     "slabs": ("Slabs %↓", 2),
+    "slabs_slack": ("Slabs, 1 cm aside %↓", 2),
     "normals": ("Normals↑", 3),
     "normals_nearest": ("Normals, nearest↑", 3),
     "iou": ("IoU↑", 3),

@@ -7,6 +7,9 @@ distance grid, and what sticks out of the mask is cut; (3) one closed surface is
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from a2v.body.skin import outer_skin
@@ -55,24 +58,11 @@ def body_prior_surface(
     steps = settings.rounds + 3
     report = progress or (lambda done, total: None)
     mask = np.asarray(subject.mask, np.float32)
-    skin, faces, parts = outer_skin(body)
-    before = _overlap(skin, faces, camera, mask)
-    grid = _make_grid(skin, mask > 0.5, camera, settings)
-    outline = mask_distance(mask, camera, grid)
-    bare, deformer = skin, SkinDeformer(skin, faces)
-    for turn in range(settings.rounds):
-        skin = pull_to_contour(skin, faces, parts, grid, outline, deformer, settings, turn)
-        report(turn + 1, steps)
-
-    skin = drape(skin, faces, parts, deformer, bare)
-    field = close_toes(close_head(signed_distance(skin, faces, grid), skin, parts, grid), skin, parts, grid)
-    report(settings.rounds + 1, steps)
-    field = add_lobes(field, skin, faces, grid, outline, settings)
-    # cut what sticks out of the mask by a rounded extrusion of it
-    field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
-    field = part_arms(field, bare, faces, parts, grid)
-    found, triangles = _extract(field, grid, settings.vertices)
-    vertices = _restore_face(found, skin, faces, parts, grid.cell)
+    skin, skin_faces, _ = outer_skin(body)
+    before = _overlap(skin, skin_faces, camera, mask)
+    dressed = dress(subject, body, camera, settings=settings, report=lambda done: report(done, steps))
+    found, triangles = _extract(dressed.field, dressed.grid, settings.vertices)
+    vertices = _restore_face(found, dressed.skin, dressed.faces, dressed.parts, dressed.grid.cell)
     report(settings.rounds + 2, steps)
     after = silhouette_iou(vertices, triangles, camera, mask)
     report(steps, steps)
@@ -80,8 +70,66 @@ def body_prior_surface(
         vertices=vertices.astype(np.float32),
         faces=triangles.astype(np.int32),
         colors=np.full((len(vertices), 3), 0.7, np.float32),
-        provenance={"backend": "body-prior", "silhouette_iou": after, "body_silhouette_iou": before, "cell": grid.cell},
+        provenance={"backend": "body-prior", "silhouette_iou": after, "body_silhouette_iou": before, "cell": dressed.grid.cell},
     )
+
+
+@dataclass(frozen=True, eq=False)
+class DressedBody:
+    """A body as wide as the photo shows it, with clothes and hair.
+
+    Attributes
+    ----------
+    field : (nx, ny, nz) float32
+        Signed distance on `grid`, metres, negative inside; cut off some cells from the surface.
+    grid : Grid
+    skin : (S, 3) float64
+        The body's outer skin, pulled to the contour; `field` has what it does not reach as well.
+    faces : (G, 3) int64
+    parts : (S,) int8
+        As of `outer_skin`.
+    """
+
+    field: FloatArray
+    grid: Grid
+    skin: FloatArray
+    faces: IntArray
+    parts: IntArray
+
+
+def dress(
+    subject: Subject,
+    body: Body,
+    camera: OrthographicCamera,
+    *,
+    settings: SurfaceSettings,
+    reach: float = 0.0,
+    report: Callable[[int], None] = lambda done: None,
+) -> DressedBody:
+    """Pull the body to the mask's contour, and add what it does not reach; distances are told up to `reach` metres from the surface, and three cells.
+
+    Raises
+    ------
+    InputError
+        The mask has no contour.
+    """
+    mask = np.asarray(subject.mask, np.float32)
+    skin, faces, parts = outer_skin(body)
+    grid = _make_grid(skin, mask > 0.5, camera, settings)
+    band = max(3, int(np.ceil(reach / grid.cell)) + 1)
+    outline = mask_distance(mask, camera, grid)
+    bare, deformer = skin, SkinDeformer(skin, faces)
+    for turn in range(settings.rounds):
+        skin = pull_to_contour(skin, faces, parts, grid, outline, deformer, settings, turn)
+        report(turn + 1)
+
+    skin = drape(skin, faces, parts, deformer, bare)
+    field = close_toes(close_head(signed_distance(skin, faces, grid, band=band), skin, parts, grid), skin, parts, grid)
+    report(settings.rounds + 1)
+    field = add_lobes(field, skin, faces, grid, outline, settings, band=band)
+    # cut what sticks out of the mask by a rounded extrusion of it
+    field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
+    return DressedBody(part_arms(field, bare, faces, parts, grid), grid, skin, faces, parts)
 
 
 def _overlap(skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:

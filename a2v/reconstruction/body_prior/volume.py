@@ -88,9 +88,16 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
 
 
 def add_lobes(
-    field: FloatArray, skin: FloatArray, faces: IntArray, grid: Grid, mask_distance: FloatArray, settings: SurfaceSettings
+    field: FloatArray,
+    skin: FloatArray,
+    faces: IntArray,
+    grid: Grid,
+    mask_distance: FloatArray,
+    settings: SurfaceSettings,
+    *,
+    band: int = 3,
 ) -> FloatArray:
-    """Fuse inflated volumes where the mask has something that the body does not reach."""
+    """Fuse inflated volumes where the mask has something that the body does not reach; `field` is cut off at `band` cells."""
     import cv2
 
     front, back = columns_seen(skin, faces, grid)
@@ -127,7 +134,7 @@ def add_lobes(
     active = (into < 0.015) & wanted
     i, j = np.nonzero(active)
     lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
-    limit = 3 * grid.cell
+    limit = band * grid.cell
     field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
     return field
 

@@ -1,103 +1,124 @@
-"""How far from the guide a person can be: the networks' field is cut there, so that no limb becomes a slab and nothing is spun between limbs."""
+"""How far the networks may move a person's surface from that of the dressed body, so that no limb becomes a slab and nothing is spun between limbs.
+
+A network that is unsure of the depth fills what lies between all places where a limb could be. So its field has a say within a shell around the
+fitted body as `dress` dresses it, and nowhere else: the surface keeps the topology of a person, and limbs that nothing shows are whole.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-import cv2
 import numpy as np
 
+from a2v.errors import InputError
 from a2v.geometry.images import sample_image
-from a2v.geometry.mesh import laplacian
-from a2v.geometry.visibility import visible_vertices
-from a2v.reconstruction.implicit.inputs import GUIDE, GuideMesh
+from a2v.geometry.mesh import evened, vertex_normals
+from a2v.geometry.rays import RayScene
+from a2v.reconstruction.body_prior.surface import DressedBody
+from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitPerson
-from a2v.reconstruction.thickness import reach_map, see_layers
 from a2v.types import FloatArray, IntArray, OrthographicCamera
 
-MOST = 0.12
-"""The networks' maps move the guide by at most so much in depth, metres."""
-STIFFNESS = 50.0
-"""How far such moves spread over the guide's skin: the square of its edges."""
-EDGE = 0.04
-"""A step in the guide's depth from pixel to pixel, metres, near which maps tell nothing: they are blurred over it."""
+THICKER, THINNER = 0.06, 0.2
+"""The surface moves out and in by at most these shares of the thickness that the dressed body has there."""
+GAP = 0.4
+"""It moves out by at most this share of the way to what is next to it: limbs that stand apart stay apart."""
+RIM = 0.15
+"""It moves by at most this share of the way to the mask's contour: at the contour a body is round."""
+BAND = 0.025
+"""It never moves farther, metres."""
+THICKEST = 0.25
+"""More than so many metres of thickness do not count."""
+ROUNDS = 20
+"""Thickness is averaged over so many rings of neighbours on the grid's mesh."""
 
 
 @dataclass(frozen=True, eq=False)
-class GuideLimits:
-    """Limits around a guide.
+class ShellLimits:
+    """A shell around a dressed body.
 
     Attributes
     ----------
-    guides : tuple of GuideMesh
-        The guide where the fit has it, and where the networks' maps have it.
-    middle : float
-        z of the guides' origin in the frame of `camera`, metres.
+    dressed : DressedBody
+        Its distances are known up to `BAND` at least.
+    places : scipy.spatial.cKDTree
+        Of points (P, 3) on its surface.
+    outwards, inwards : (P,)
+        How far the surface may move there, metres.
+    inside : (S, S) float32
+        Distance to the mask's contour, metres, 0 outside.
     camera : OrthographicCamera
-        Of the pixels of `reach`.
-    reach : (S, S) float32
-        `reach_map`.
+        Of the pixels of `inside`.
     """
 
-    guides: tuple[GuideMesh, ...]
-    middle: float
+    dressed: DressedBody
+    places: Any
+    outwards: FloatArray
+    inwards: FloatArray
+    inside: FloatArray
     camera: OrthographicCamera
-    reach: FloatArray
 
     @classmethod
-    def of(cls, person: ImplicitPerson) -> GuideLimits:
-        """The limits of a person that the networks saw."""
-        frame, size = person.frame, GUIDE
-        zoom = size / frame.size
-        camera = OrthographicCamera(
-            scale=frame.camera.scale * zoom, center_u=frame.camera.center_u * zoom, center_v=frame.camera.center_v * zoom
+    def of(cls, person: ImplicitPerson, dressed: DressedBody) -> ShellLimits:
+        """The limits of a person that the networks saw, around the dressed body in the frame of the same camera.
+
+        Raises
+        ------
+        InputError
+            Nothing is left of the body within the mask.
+        """
+        from scipy.spatial import cKDTree
+
+        vertices, faces = _mesh_of(dressed)
+        thickness, gap = room(vertices, faces)
+        thickness = evened(faces, thickness, ROUNDS)
+        camera = person.frame.camera
+        return cls(
+            dressed,
+            cKDTree(vertices),
+            np.minimum(np.minimum(THICKER * thickness, GAP * gap), BAND),
+            np.minimum(THINNER * thickness, BAND),
+            np.maximum(-mask_distance(person.frame.mask, camera.scale), 0),
+            camera,
         )
-        vertices, faces = person.guide.mesh
-        held = person.guide.maps(frame.camera, frame.size, size)
-        body = np.isfinite(held.depth_front) & np.isfinite(held.depth_back)
-        mask = cv2.resize(frame.mask, (size, size), interpolation=cv2.INTER_AREA) > 0.5
-        places = np.stack(np.meshgrid(*(np.arange(size) + 0.5137,) * 2), axis=-1).reshape(-1, 2)
-        longest = see_layers(vertices, faces, camera, places).longest.reshape(size, size)
-        single = body & (longest > 0.9 * (held.depth_front - held.depth_back))
-        told = person.maps["maps"][0][6:8]
-        moved = np.zeros((2, len(vertices)))
-        trust = np.zeros((2, len(vertices)))
-        for side, depth, row in ((1, held.depth_front, 0), (-1, held.depth_back, 1)):
-            seen = visible_vertices(vertices * np.array([side, 1, side]), faces)
-            pixels = camera.project(vertices[seen])
-            moved[row, seen] = sample_image(np.ascontiguousarray(told[row]), pixels, linear=True) - vertices[seen, 2]
-            trust[row, seen] = sample_image(_smooth_pixels(depth).astype(np.float32), pixels, linear=True) > 0.99
-        shift = spread_over_mesh(np.clip(moved, -MOST, MOST), trust, faces)
-        there = vertices + np.array([0, 0, 1]) * shift[:, None]
-        return cls((person.guide, GuideMesh(there, faces)), person.middle, camera, reach_map(mask, body, single, camera.scale))
 
-    def beyond(self, points: FloatArray) -> FloatArray:
-        """How far points (N, 3), metres, lie beyond the limits (N,), negative within."""
-        reach = sample_image(self.reach, self.camera.project(points), linear=True)
-        asked = np.asarray(points, np.float32) - np.array([0, 0, self.middle], np.float32)
-        result = np.full(len(asked), np.inf, np.float32)
-        for guide in self.guides:
-            left = np.flatnonzero(result > 0)
-            if len(left):
-                result[left] = np.minimum(result[left], guide.at(asked[left])[0] - reach[left])
-        return result
+    def keep(self, points: FloatArray, values: FloatArray) -> FloatArray:
+        """Signed distances `values` (N,) at points (N, 3), metres, so that their zero level lies within the shell."""
+        from scipy.ndimage import map_coordinates
+
+        grid = self.dressed.grid
+        index = (np.asarray(points, np.float64) - grid.origin) / grid.cell
+        held = map_coordinates(self.dressed.field, index.T, order=1, mode="nearest", prefilter=False)
+        kept = np.where(held > 0, np.maximum(values, BAND), np.minimum(values, -BAND)).astype(np.float32)
+        near = np.flatnonzero(np.abs(held) < BAND)
+        if len(near):
+            place = self.places.query(points[near], workers=1)[1]
+            rim = RIM * sample_image(self.inside, self.camera.project(points[near]), linear=True)
+            lowest, highest = held[near] - np.minimum(self.outwards[place], rim), held[near] + np.minimum(self.inwards[place], rim)
+            kept[near] = np.clip(values[near], lowest, highest)
+        return kept
 
 
-def _smooth_pixels(depth: FloatArray) -> FloatArray:
-    """Pixels (H, W) of a depth map, NaN outside, that are not near a step of over `EDGE` or the border."""
-    known = np.isfinite(depth)
-    filled = np.where(known, depth, -10.0).astype(np.float32)
-    kernel = np.ones((5, 5), np.uint8)
-    return np.asarray(known & (cv2.dilate(filled, kernel) - cv2.erode(filled, kernel) < EDGE))
+def room(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """How thick a closed mesh, vertices (V, 3) and faces (F, 3), is behind each vertex (V,), and how far it is to what is before it (V,); metres.
+
+    Thickness is at most `THICKEST`; the way is infinite where there is nothing.
+    """
+    normals = vertex_normals(vertices, faces)
+    rays = RayScene(vertices, faces)
+    off = 1e-4 * normals
+    behind, before = (rays.cast((vertices - side * off).astype(np.float32), (-side * normals).astype(np.float32)) for side in (1, -1))
+    thickness = np.where(behind.hit, np.minimum(behind.distance, THICKEST), THICKEST)
+    return thickness, np.where(before.hit, before.distance, np.inf)
 
 
-def spread_over_mesh(values: FloatArray, trust: FloatArray, faces: IntArray) -> FloatArray:
-    """One value (V,) a vertex from several (K, V) that are trusted as `trust` (K, V) says: smooth over the mesh, 0 far from all that is known."""
-    from scipy.sparse import coo_matrix, diags
-    from scipy.sparse.linalg import spsolve
+def _mesh_of(dressed: DressedBody) -> tuple[FloatArray, IntArray]:
+    """The zero level of a dressed body's distances: vertices (V, 3) metres, faces (F, 3), outward."""
+    from skimage.measure import marching_cubes
 
-    count = values.shape[1]
-    beside = coo_matrix((np.ones(faces.size), (faces.ravel(), np.roll(faces, 1, axis=1).ravel())), (count, count))
-    matrix = diags(trust.sum(axis=0) + 1e-3) + STIFFNESS * laplacian((beside + beside.T) / 2)
-    result: FloatArray = spsolve(matrix.tocsc(), (trust * values).sum(axis=0))
-    return result
+    if not (dressed.field < 0).any():
+        raise InputError("nothing of the body lies within the mask; fit it to this photo first (a2v.body.fit_body)")
+    closed = np.pad(dressed.field, 1, constant_values=BAND)
+    vertices, faces, _, _ = marching_cubes(closed, 0.0, gradient_direction="descent")
+    return dressed.grid.origin + (vertices.astype(np.float64) - 1) * dressed.grid.cell, faces.astype(np.int64)

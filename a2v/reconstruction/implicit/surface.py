@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body import bend_fingers
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image, trace_contours
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import person_box, silhouette_iou, visible_vertices
+from a2v.reconstruction.body_prior.settings import SurfaceSettings
+from a2v.reconstruction.body_prior.surface import dress
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface, without_crossings
+from a2v.reconstruction.implicit.guide_depths import moved_body
 from a2v.reconstruction.implicit.inputs import mask_distance
-from a2v.reconstruction.implicit.limits import GuideLimits
+from a2v.reconstruction.implicit.limits import BAND, ShellLimits
 from a2v.reconstruction.implicit.model import ImplicitModel, ImplicitPerson
 from a2v.reconstruction.relief import follow_normals
 from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -40,7 +44,7 @@ class ImplicitSettings:
     relief : float
         Stiffness of `follow_normals`, which gives the surface the normals that the networks see; 0 to leave it out.
     limits : bool
-        Cut what lies farther from the guide than a body part or cloth of that width does (`GuideLimits`): no slabs.
+        Keep the surface within a shell around the dressed body (`ShellLimits`): no slabs, and limbs that nothing shows are whole.
     threads : int
         Of onnxruntime; 0 for its default.
     digest : str
@@ -106,7 +110,8 @@ def implicit_surface(
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
     levels = rim_levels(person, bounds)
-    vertices, faces = _shape(person, bounds, levels, settings, progress)
+    limits = _limits(person, subject, body, camera, settings) if settings.limits else None
+    vertices, faces = _shape(person, bounds, levels, limits, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
         vertices=vertices.astype(np.float32),
@@ -121,20 +126,29 @@ def implicit_surface(
     )
 
 
+def _limits(person: ImplicitPerson, subject: Subject, body: Body, camera: OrthographicCamera, settings: ImplicitSettings) -> ShellLimits:
+    """The shell around the body, dressed on a grid as fine as the surface's: where the maps have it, its fingers bent as the photo shows them."""
+    placed = moved_body(person, bend_fingers(body, subject, camera))
+    cells = SurfaceSettings(resolution=settings.resolution)
+    return ShellLimits.of(person, dress(subject, placed, camera, settings=cells, reach=BAND))
+
+
 def _shape(
-    person: ImplicitPerson, bounds: FloatArray, levels: FloatArray, settings: ImplicitSettings, progress: Progress | None
+    person: ImplicitPerson,
+    bounds: FloatArray,
+    levels: FloatArray,
+    limits: ShellLimits | None,
+    settings: ImplicitSettings,
+    progress: Progress | None,
 ) -> tuple[FloatArray, IntArray]:
     """Vertices (V, 3) and faces (F, 3) of the person's field at `levels` (H, W) within the mask, smoothed and with the relief of the maps."""
     outline = mask_distance(person.frame.mask, person.frame.camera.scale)
-    limits = GuideLimits.of(person) if settings.limits else None
 
     def field(points: FloatArray) -> FloatArray:
         pixels = person.frame.camera.project(points)
         near = person.distance(points) - sample_image(levels, pixels, linear=True)
         if limits is not None:
-            inside = np.flatnonzero(near < 0)
-            if len(inside):
-                near[inside] = np.maximum(near[inside], limits.beyond(points[inside]))
+            near = limits.keep(points, near)
         return np.maximum(near, sample_image(outline, pixels, linear=True))
 
     vertices, faces = extract_surface(field, bounds, settings=settings.extraction, progress=progress)

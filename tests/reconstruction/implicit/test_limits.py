@@ -1,60 +1,94 @@
-"""Limits around a guide: what is spun between limbs is cut, what the maps move is not."""
+"""A shell around a dressed body: what is spun between limbs is cut, what no network sees is whole, and details within it stay."""
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 
-from a2v.reconstruction.implicit.inputs import FRAME, Frame, GuideMesh
-from a2v.reconstruction.implicit.limits import GuideLimits, spread_over_mesh
+from a2v.errors import InputError
+from a2v.geometry.volume import Grid, signed_distance
+from a2v.reconstruction.body_prior.surface import DressedBody
+from a2v.reconstruction.implicit.inputs import FRAME, Frame
+from a2v.reconstruction.implicit.limits import BAND, GAP, THICKER, THINNER, ShellLimits, room
 from a2v.types import OrthographicCamera
 
 CAMERA = OrthographicCamera(scale=500.0, center_u=FRAME / 2, center_v=FRAME / 2)
+RADIUS, APART = 0.07, 0.25
 
 
-def legs(moved: float = 0.0, apart: float = 0.5) -> SimpleNamespace:
-    """A person of two legs, one half a metre before the other, 6 cm aside; the maps have the first one `moved` metres to the front."""
-    rod = trimesh.creation.capsule(1.2, 0.07, count=[24, 24])
-    rod.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0], [0, 0, 0]))
-    rod.apply_translation(-rod.centroid)
-    rod = rod.subdivide_to_size(0.04)
-    front, back = rod.copy().apply_translation([0.06, 0, apart / 2]), rod.copy().apply_translation([-0.06, 0, -apart / 2])
-    both = trimesh.util.concatenate([front, back])
-    guide = GuideMesh(np.asarray(both.vertices), np.asarray(both.faces))
-    seen = guide.maps(CAMERA, FRAME)
-    mask = np.isfinite(guide.maps(CAMERA, FRAME, FRAME).depth_front).astype(np.float32)
-    depths = np.stack([seen.depth_front, seen.depth_back])
-    depths[0] += np.where(seen.depth_front > 0, moved, 0)
-    depths[1] += np.where(seen.depth_back > 0, moved, 0)
-    maps = np.concatenate([np.zeros((6, *depths.shape[1:])), np.nan_to_num(depths)])[None].astype(np.float32)
-    return SimpleNamespace(frame=Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA), guide=guide, middle=1.0, maps={"maps": maps})
+def rod(x: float, z: float) -> trimesh.Trimesh:
+    upright = trimesh.creation.capsule(1.0, RADIUS, count=[48, 48])
+    upright.apply_translation(-upright.centroid)
+    upright.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    return upright.subdivide_to_size(0.05).apply_translation([x, 0, z])
 
 
-def test_nothing_is_spun_between_legs() -> None:
-    limits = GuideLimits.of(legs())  # type: ignore[arg-type]
-    points = np.array([[0.06, 0, 1.25], [-0.06, 0, 0.75], [0.0, 0, 1.0], [0.02, 0.2, 1.05], [0.06, 0, 1.35]])
-    beyond = limits.beyond(points)
-    assert (beyond[:2] < -0.05).all()  # in the middle of either
-    assert (beyond[2:4] > 0.05).all()  # between them
-    assert beyond[4] < 0  # 3 cm before the first one's skin: its cloth
+@pytest.fixture(scope="module")
+def limits() -> ShellLimits:
+    """Two legs, one before the other and 12 cm aside, in the middle of a mask that leaves room around them."""
+    both = trimesh.util.concatenate([rod(0.06, APART / 2), rod(-0.06, -APART / 2)])
+    grid = Grid(np.array([-0.25, -0.7, -0.35]), 0.01, (51, 141, 71))
+    field = signed_distance(np.asarray(both.vertices), np.asarray(both.faces), grid, band=4)
+    mask = np.zeros((FRAME, FRAME), np.float32)
+    mask[100:900, 262:762] = 1  # half a metre to each side
+    frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA)
+    dressed = DressedBody(field, grid, np.asarray(both.vertices), np.asarray(both.faces), np.zeros(len(both.vertices), np.int8))
+    return ShellLimits.of(SimpleNamespace(frame=frame), dressed)  # type: ignore[arg-type]
 
 
-def test_the_maps_move_the_guide() -> None:
-    asked = np.array([[0.06, 0, 1.42]])  # 10 cm before the skin of the first leg
-    assert GuideLimits.of(legs()).beyond(asked)[0] > 0.02  # type: ignore[arg-type]
-    assert GuideLimits.of(legs(moved=0.08)).beyond(asked)[0] < 0  # type: ignore[arg-type]
+def held(points: np.ndarray) -> np.ndarray:
+    """The true distance to the legs."""
+    ends = np.clip(points[:, 1], -0.5, 0.5)
+    ways = [
+        np.linalg.norm(points - np.stack([np.full(len(ends), x), ends, np.full(len(ends), z)], axis=1), axis=1)
+        for x, z in ((0.06, APART / 2), (-0.06, -APART / 2))
+    ]
+    return np.minimum(*ways) - RADIUS
 
 
-def test_values_spread_over_the_mesh_and_not_through_the_air() -> None:
-    one, two = trimesh.creation.icosphere(3, 0.1), trimesh.creation.icosphere(3, 0.1)
-    two.apply_translation([0.21, 0, 0])
-    both = trimesh.util.concatenate([one, two])
-    count = len(both.vertices)
-    trust = np.zeros((2, count))
-    trust[0, :20] = 1
-    spread = spread_over_mesh(np.full((2, count), 0.1), trust, np.asarray(both.faces))
-    assert spread[: len(one.vertices)].mean() == pytest.approx(0.1, abs=0.02)
-    assert np.abs(spread[len(one.vertices) :]).max() < 1e-6
+def test_nothing_is_spun_between_legs_and_no_leg_is_lost(limits: ShellLimits) -> None:
+    points = np.array([[0.06, 0, APART / 2], [-0.06, 0.2, -APART / 2], [0.0, 0, 0.0], [0.02, 0.2, 0.02], [0.06, 0, 0.3]])
+    slab, empty = (limits.keep(points, np.full(5, value, np.float32)) for value in (-0.1, 0.1))
+    assert (slab[:2] < 0).all()
+    assert (slab[2:] > 0.01).all()  # between them, and before the first
+    assert (empty[:2] < 0).all()  # although the networks see nothing
+    assert (empty[2:] > 0.09).all()  # what is far away stays far away
+
+
+def test_details_within_the_shell_stay(limits: ShellLimits) -> None:
+    # on lines out of the front of the first leg; the legs are as thick as 14 cm
+    out = np.linspace(-0.03, 0.03, 121)
+    points = np.stack([np.full(len(out), 0.06), np.zeros(len(out)), APART / 2 + RADIUS + out], axis=1)
+    for shift, expected in ((0.003, 0.003), (-0.005, -0.005), (0.05, THICKER * 2 * RADIUS), (-0.05, -min(THINNER * 2 * RADIUS, BAND))):
+        kept = limits.keep(points, (held(points) - shift).astype(np.float32))
+        assert out[np.flatnonzero(kept < 0).max()] == pytest.approx(expected, abs=0.002)
+
+
+def test_the_mask_and_the_other_leg_narrow_the_shell(limits: ShellLimits) -> None:
+    near, far = np.array([[0.06 + RADIUS + 0.004, 0, APART / 2]]), np.array([[0.06, 0, APART / 2 + RADIUS + 0.004]])
+    narrow = ShellLimits(limits.dressed, limits.places, limits.outwards, limits.inwards, np.full((FRAME, FRAME), 0.01, np.float32), CAMERA)
+    inside = np.full(1, -0.1, np.float32)
+    assert limits.keep(near, inside)[0] < 0
+    assert limits.keep(far, inside)[0] < 0
+    assert narrow.keep(near, inside)[0] > 0
+    vertices = np.concatenate([rod(0, 0).vertices, rod(0, 2 * RADIUS + 0.01).vertices])
+    faces = np.concatenate([rod(0, 0).faces, rod(0, 0).faces + len(rod(0, 0).vertices)])
+    thickness, gap = room(np.asarray(vertices, float), faces)
+    middle = np.abs(vertices[:, 1]) < 0.3
+    facing = middle & (np.abs(vertices[:, 0]) < 0.005) & (np.abs(vertices[:, 2] - RADIUS) < 0.002)
+    assert facing.any()
+    assert thickness[middle] == pytest.approx(2 * RADIUS, abs=0.003)
+    assert gap[facing] == pytest.approx(0.01, abs=0.002)
+    assert GAP * gap[facing].max() < 0.5 * 0.012  # both sides moved, they do not meet
+    assert np.isinf(gap[middle & (vertices[:, 2] < -RADIUS + 0.002)]).all()
+
+
+def test_a_body_beside_the_mask_is_refused(limits: ShellLimits) -> None:
+    gone = dataclasses.replace(limits.dressed, field=np.full_like(limits.dressed.field, BAND))
+    frame = Frame(np.zeros((8, 8, 3), np.uint8), np.ones((8, 8), np.float32), CAMERA)
+    with pytest.raises(InputError, match="within the mask"):
+        ShellLimits.of(SimpleNamespace(frame=frame), gone)  # type: ignore[arg-type]

@@ -8,11 +8,14 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
+from scipy import ndimage
 
 from a2v.body import PARTS, load_body_model, make_body, nearest_parts
 from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
+from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
+from a2v.reconstruction.body_prior.volume import add_lobes
 from a2v.types import Surface
 from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
 
@@ -68,6 +71,24 @@ def test_skirt_has_thickness(scene, surface: Surface) -> None:
     between = (np.abs(surface.vertices[:, 0]) < 0.02) & (np.abs(surface.vertices[:, 1] / tall - 0.36) < 0.02)
     assert between.any()
     assert np.ptp(surface.vertices[between, 2]) > 0.03
+
+
+@pytest.mark.parametrize(("apart", "pieces"), [(0.3, 2), (0.02, 1)])
+def test_what_is_between_two_legs_belongs_to_either(apart: float, pieces: int) -> None:
+    rods = [
+        trimesh.creation.capsule(0.5, 0.04, count=[32, 32]).apply_translation([x, z, -0.25])
+        for x, z in ((0.06, apart / 2), (-0.06, -apart / 2))
+    ]
+    both = trimesh.util.concatenate(rods).apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    vertices, faces = np.asarray(both.vertices), np.asarray(both.faces)
+    grid = Grid(np.array([-0.2, -0.4, -0.3]), 0.006, (67, 134, 101))
+    x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
+    mask_distance = np.maximum(np.abs(x) - 0.1, np.abs(y) - 0.2).astype(np.float32)  # a cloth over both
+    field = add_lobes(signed_distance(vertices, faces, grid), vertices, faces, grid, mask_distance, SurfaceSettings())
+    labels, count = ndimage.label(field < 0)
+    assert (np.bincount(labels.ravel())[1:] > 100).sum() == pieces
+    assert count >= pieces
+    assert (field[33, 60:75].min(axis=-1) < 0).all()  # the cloth is there
 
 
 def test_front_shows_the_photo(scene, colored: Surface) -> None:

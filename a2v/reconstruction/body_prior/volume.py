@@ -12,6 +12,9 @@ from a2v.reconstruction.body_prior.columns import columns_seen
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.types import FloatArray, IntArray
 
+_STEP = 0.02
+"""Limbs side by side are of one piece if their middles differ in depth by less than about twice so many metres."""
+
 
 def close_head(field: FloatArray, skin: FloatArray, parts: IntArray, grid: Grid) -> FloatArray:
     """Fill the mouth's cavity: what a closed slit of the lips would enclose, at least two cells below the skin (creases stay)."""
@@ -120,7 +123,9 @@ def add_lobes(
     # continue the body's middle and thickness into the lobe
     nearest = nearest_known(covered)
     middle = np.where(covered, (np.where(covered, front, 0) + np.where(covered, back, 0)) / 2, 0)[nearest]
-    middle = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
+    even = cv2.GaussianBlur(middle.astype(np.float32), (0, 0), 3.0)
+    # each piece lies around its own limb: where two are apart in depth nothing is spun between them
+    middle = np.where(np.abs(even - middle) < _STEP, even, middle).astype(np.float32)
     thick = np.where(covered, np.where(covered, front, 0) - np.where(covered, back, 0), 0)
     near_thick = cv2.GaussianBlur(
         cv2.dilate(thick.astype(np.float32), np.ones((13, 13), np.uint8))[nearest].astype(np.float32), (0, 0), 3.0

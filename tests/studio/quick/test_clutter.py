@@ -16,14 +16,15 @@ from a2v.studio.guide import Guide, guide_key, stack_guides
 from a2v.studio.quick.bank import make_pose_bank
 from a2v.studio.quick.clutter import Clutter, CutOut
 from a2v.studio.quick.people import QuickStudio
-from a2v.studio.quick.photo import places_of, quick_view, softened
+from a2v.studio.quick.photo import _framed, places_of, quick_view, softened
 from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.quick.views import MAP, QuickShard, QuickView
 from a2v.studio.scene import PreparedAvatar, draw_outfit, prepare_avatar
 from a2v.studio.stances import draw_stance
 from a2v.studio.things.backgrounds import Backgrounds
+from a2v.studio.things.solids import box
 
-PLAIN = QuickSettings(people="avatars", cut=0.0, things=0.0, furniture=0.0, others=0.0, photographs=0.0)
+PLAIN = QuickSettings(people="avatars", cut=0.0, shift=0.0, fill=(0.8, 0.8), things=0.0, furniture=0.0, others=0.0, photographs=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +33,10 @@ def prepared(data: Path, avatar: Avatar) -> PreparedAvatar:
 
 
 def views(prepared: PreparedAvatar, guide: Guide, clutter: Clutter, seed: int) -> list[QuickView]:
-    """Up to eight pictures of somebody standing, with the same build, clothes, poses and cameras for the same seed."""
+    """Up to ten pictures of somebody standing, with the same build, clothes, poses and cameras for the same seed."""
     places = places_of(prepared, guide, canonical_places())
     made = []
-    for number in range(8):
+    for number in range(10):
         generator = np.random.default_rng([seed, number])
         outfit = draw_outfit(prepared, generator)
         outfit = replace(outfit, texture=softened(outfit.texture))
@@ -54,7 +55,7 @@ def by_size(made: list[QuickView]) -> dict[float, QuickView]:
 def test_furniture_hides_and_the_truth_stays(prepared: PreparedAvatar, guide: Guide) -> None:
     alone, among = (by_size(views(prepared, guide, clutter, 4)) for clutter in (Clutter(), Clutter(furniture=True)))
     both = sorted(set(alone) & set(among))
-    assert len(both) >= 4
+    assert len(both) >= 4  # the others are framed by what is seen
     for scale in both:
         bare, behind = alone[scale], among[scale]
         for name in ("front", "back", "places", "landmarks"):
@@ -70,6 +71,15 @@ def test_furniture_hides_and_the_truth_stays(prepared: PreparedAvatar, guide: Gu
         assert behind.hidden[share > 0.9].all()
         assert not behind.hidden[(share == 0) & np.isfinite(behind.front)].sum() > 30
     assert max(among[scale].hidden.sum() for scale in both) > 50
+
+
+def test_half_of_the_pictures_are_framed_by_what_is_seen() -> None:
+    seen = np.stack(np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(0, 1.7, 60), [0.0]), axis=-1).reshape(-1, 3)
+    table, wall = box(3, 1.2, 0.1).moved([0, 0, 1.0]), box(3, 5, 0.1).moved([0, 0, 1.0])
+    low = [_framed(seen, table, np.random.default_rng(seed))[:, 1].min() for seed in range(60)]
+    assert set(np.round(low, 1)) == {0.0, 0.6}
+    assert 0.3 < np.mean(np.array(low) > 0.5) < 0.7
+    assert all(len(_framed(seen, wall, np.random.default_rng(seed))) == len(seen) for seed in range(6))
 
 
 def test_others_hide_in_front_and_show_behind(prepared: PreparedAvatar, guide: Guide) -> None:

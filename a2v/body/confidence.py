@@ -20,15 +20,15 @@ UNEASY = (0.015, 0.78)
 convinces. A skirt alone keeps the landmarks."""
 DOUBTFUL = 0.15
 """Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
-off by 35 cm in the mean, the others by 6 (25 and 9 without a body map)."""
+off by 37 cm in the mean, the others by 6 (25 and 9 without a body map)."""
 
 FEATURES = ("one", "head", "arm", "leg", "told", "extent", "outside", "unsure")
 """What a limb's error is expected from: its kind; what fit and evidence differ by in depth, and its own extent in depth, metres; what the silhouettes
 do not share; and the logarithm of the error that the body map expects, relative to the height (0 without a map)."""
 _WITHOUT_MAP = (-3.336, 0.158, 0.698, 0.579, 3.31, 0.702, 1.153, 0.0)
-_WITH_MAP = (-1.753, -0.169, -0.014, 0.109, 2.891, 0.579, 1.234, 0.363)
+_WITH_MAP = (-1.497, -0.233, 0.051, 0.133, 2.736, 0.215, 0.55, 0.402)
 """Factors of the `FEATURES`, which sum to the logarithm of the error plus 2 cm: least squares on studio photographs, without a body map on the 18 of the
-benchmark's panel for development, with one on 30 of people and clips that its network never saw (docs/research/fitting.md)."""
+benchmark's panel for development, with one on 58 of people and clips that its network never saw (docs/research/fitting.md)."""
 
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:

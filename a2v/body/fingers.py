@@ -24,6 +24,8 @@ _PARALLEL = (0.14, 0.03, -0.08, -0.2)
 """By so much, radians, relaxed fingers from the index to the little one turn towards each other: the body's are spread."""
 _PLACE, _DEPTH = 0.007, 0.03
 """Expected errors of landmarks in the picture's plane and of their depths, metres."""
+_STEP = 1e-7
+"""Of the differences that slopes are taken from, radians."""
 _SLACK = np.array([0.006, 0.006, 0.1])
 """Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its hand's size."""
 
@@ -79,39 +81,42 @@ class _Hand:
         self.middle[5:15:3] = np.array(_PARALLEL) * (-1 if letter == ".L" else 1)
 
     def posed(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
-        """World transforms (B, 4, 4) with the hand's angles."""
-        return self._posed(transforms, angles)[0]
+        """World transforms (B, 4, 4) with the hand's angles (18,)."""
+        return np.asarray(self._posed(transforms, angles[None])[0][0])
 
     def _posed(self, transforms: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """World transforms, and the fingers' tips (5, 3)."""
-        out, tips = transforms.copy(), self.tips.copy()
+        """World transforms (K, B, 4, 4), and the fingers' tips (K, 5, 3), for each of angles (K, 18)."""
+        out, tips = (np.repeat(values[None], len(angles), axis=0) for values in (transforms, self.tips))
         for at, bones in enumerate(self.fingers[1:]):
-            knuckle, middle, spread = angles[3 + 3 * at : 6 + 3 * at]
-            straight = unit(out[bones[1], :3, 3] - out[bones[0], :3, 3])
-            hinge = unit(np.cross(straight, self.palm))
-            _turn(out, tips[at + 1], bones, 0, rotvec_to_rotmat(spread * self.palm))
-            hinge = rotvec_to_rotmat(spread * self.palm) @ hinge
+            knuckle, middle, spread = angles[:, 3 + 3 * at : 6 + 3 * at].T[..., None]
+            straight = unit(out[0, bones[1], :3, 3] - out[0, bones[0], :3, 3])
+            sideways = rotvec_to_rotmat(spread * self.palm)
+            hinge = sideways @ unit(np.cross(straight, self.palm))
+            _turn(out, tips[:, at + 1], bones, 0, sideways)
             for place, angle in enumerate((knuckle, middle, _LAST * middle)):
-                _turn(out, tips[at + 1], bones, place, rotvec_to_rotmat(angle * hinge))
-        inwards, over, tip = angles[15:]
+                _turn(out, tips[:, at + 1], bones, place, rotvec_to_rotmat(angle * hinge))
+        inwards, over, tip = angles[:, 15:].T[..., None]
         thumb = self.fingers[0]
-        straight = unit(out[thumb[2], :3, 3] - out[thumb[0], :3, 3])
+        straight = unit(out[0, thumb[2], :3, 3] - out[0, thumb[0], :3, 3])
         hinge = unit(np.cross(straight, self.palm))
         for place, turn in ((0, inwards * hinge + over * self.palm), (1, 0.5 * tip * hinge), (2, tip * hinge)):
-            _turn(out, tips[0], thumb, place, rotvec_to_rotmat(turn))
-        whole = rotvec_to_rotmat(angles[0] * self.along + angles[1] * self.palm + angles[2] * self.side)
-        centre = out[self.wrist, :3, 3].copy()
-        out[self.below, :3, :3] = whole @ out[self.below, :3, :3]
-        out[self.below, :3, 3] = centre + (out[self.below, :3, 3] - centre) @ whole.T
-        return out, centre + (tips - centre) @ whole.T
+            _turn(out, tips[:, 0], thumb, place, rotvec_to_rotmat(turn))
+        whole = rotvec_to_rotmat(angles[:, :3] @ np.stack([self.along, self.palm, self.side]))
+        centre, back = out[:, self.wrist, :3, 3][:, None].copy(), np.swapaxes(whole, 1, 2)
+        moved = out[:, self.below]
+        moved[..., :3, :3] = whole[:, None] @ moved[..., :3, :3]
+        moved[..., :3, 3] = centre + (moved[..., :3, 3] - centre) @ back
+        out[:, self.below] = moved
+        return out, centre + (tips - centre) @ back
 
     def points(self, transforms: FloatArray, angles: FloatArray) -> FloatArray:
-        """Where mediapipe's 21 landmarks (21, 3) are."""
+        """Where mediapipe's 21 landmarks (K, 21, 3) are with each of angles (K, 18)."""
         out, tips = self._posed(transforms, angles)
-        rows = [out[self.wrist, :3, 3]]
-        for bones, tip in zip(self.fingers, tips, strict=True):
-            rows += [*out[bones, :3, 3], tip]
-        return np.array(rows)
+        heads = out[..., :3, 3]
+        rows = [heads[:, [self.wrist]]]
+        for at, bones in enumerate(self.fingers):
+            rows += [heads[:, bones], tips[:, [at]]]
+        return np.concatenate(rows, axis=1)
 
     def solved(self, transforms: FloatArray, seen: FloatArray | None) -> FloatArray:
         """Angles (18,) that bring the landmarks to where they are `seen` (21, 3), and else stay near a relaxed hand's."""
@@ -124,14 +129,20 @@ class _Hand:
         centre = transforms[self.wrist, :3, 3]
 
         def misses(unknowns: FloatArray) -> FloatArray:
-            angles, slack = unknowns[:-3], unknowns[-3:] * _SLACK  # else fingers bend where the fit's wrist or hand is not the photo's
-            points = centre + np.exp(slack[2]) * (self.points(transforms, angles) - centre) + [slack[0], slack[1], 0.0]
-            error = (points - seen)[1:] / [_PLACE, _PLACE, _DEPTH]
-            return np.concatenate([error.ravel(), (angles - relaxed) / spread, unknowns[-3:]])
+            angles, slack = unknowns[:, :-3], unknowns[:, -3:] * _SLACK  # else fingers bend where the fit's wrist or hand is not the photo's
+            points = centre + np.exp(slack[:, 2])[:, None, None] * (self.points(transforms, angles) - centre)
+            points[..., :2] += slack[:, None, :2]
+            error = (points - seen)[:, 1:] / [_PLACE, _PLACE, _DEPTH]
+            return np.concatenate([error.reshape(len(unknowns), -1), (angles - relaxed) / spread, unknowns[:, -3:]], axis=1)
+
+        def slopes(unknowns: FloatArray) -> FloatArray:
+            """Forward differences (m, 21), all at once: a hand of many angles takes little longer than one."""
+            changed = misses(np.concatenate([unknowns[None], unknowns + _STEP * np.eye(len(unknowns))]))
+            return np.asarray((changed[1:] - changed[0]).T / _STEP)
 
         start = np.concatenate([np.clip(relaxed, low, high), np.zeros(3)])
         bounds = np.concatenate([low, np.full(3, -3.0)]), np.concatenate([high, np.full(3, 3.0)])
-        found = least_squares(misses, start, bounds=bounds, loss="soft_l1", f_scale=2.0, max_nfev=40)
+        found = least_squares(lambda x: misses(x[None])[0], start, slopes, bounds, loss="soft_l1", f_scale=2.0, max_nfev=40)
         return np.asarray(found.x[:-3])
 
 
@@ -140,13 +151,13 @@ def _places(landmarks: FloatArray, camera: OrthographicCamera) -> FloatArray:
     return camera.unproject(landmarks[:, :2].astype(np.float64), landmarks[:, 2].astype(np.float64) / camera.scale)
 
 
-def _turn(out: FloatArray, tip: FloatArray, bones: Sequence[int], place: int, turn: FloatArray) -> None:
-    """Turn a finger's bones from one `place` on, and its `tip` (3,), about the head of the bone there; in place."""
-    centre = out[bones[place], :3, 3].copy()
+def _turn(out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, turns: FloatArray) -> None:
+    """Turn a finger's bones (K, B, 4, 4) from one `place` on, and its tips (K, 3), by (K, 3, 3) about the head of the bone there; in place."""
+    centre = out[:, bones[place], :3, 3].copy()
     for bone in bones[place:]:
-        out[bone, :3, :3] = turn @ out[bone, :3, :3]
-        out[bone, :3, 3] = centre + turn @ (out[bone, :3, 3] - centre)
-    tip[:] = centre + turn @ (tip - centre)
+        out[:, bone, :3, :3] = turns @ out[:, bone, :3, :3]
+        out[:, bone, :3, 3] = centre + (turns @ (out[:, bone, :3, 3] - centre)[..., None])[..., 0]
+    tips[:] = centre + (turns @ (tips - centre)[..., None])[..., 0]
 
 
 def _reskinned(body: Body, transforms: FloatArray) -> Body:

@@ -27,7 +27,7 @@ def landmarks(points: np.ndarray) -> np.ndarray:
 def points_of(body: Body, letter: str) -> np.ndarray:
     """The 21 landmarks of a body's hand."""
     hand = _Hand(body, letter)
-    return hand.points(body.bone_transforms.astype(np.float64), np.zeros(18))
+    return hand.points(body.bone_transforms.astype(np.float64), np.zeros((1, 18)))[0]
 
 
 @pytest.mark.parametrize("fist", [0.2, 0.7, 1.0])
@@ -39,7 +39,7 @@ def test_landmarks_bend_fingers(body: Body, fist: float) -> None:
         angles = hand.middle.copy()
         angles[3:15:3], angles[4:15:3] = 1.1 * fist, 1.5 * fist
         angles[:3] = [0.1, -0.15, 0.1]
-        places.append(hand.points(body.bone_transforms.astype(np.float64), angles))
+        places.append(hand.points(body.bone_transforms.astype(np.float64), angles[None])[0])
         wanted[row] = landmarks(places[-1])
     bent = bend_fingers(body, blank_subject(hands=wanted), CAMERA)
     for letter, there in zip(LETTERS, places, strict=True):

@@ -300,10 +300,22 @@ def _draw_pose(
     if stance:
         pose, yaw = draw_stance(stance, generator)
         return pose, stance, yaw
-    kind = 1.0 if varied is not None and generator.random() < settings.varied else generator.random()
-    if varied is not None and kind == 1.0:
+    if varied is not None and generator.random() < settings.varied:
         pose, name = varied(generator), "varied"
-    elif kind < settings.actions and recorded:
+    else:
+        pose, name = _common_pose(library, settings, generator, recorded)
+    return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
+
+
+def _common_pose(
+    library: PoseLibrary,
+    settings: StudioSettings,
+    generator: np.random.Generator,
+    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None,
+) -> tuple[Pose, str]:
+    """A pose in action, between A and T, or natural, and its name."""
+    kind = generator.random()
+    if kind < settings.actions and recorded:
         pose, name = recorded(generator)
     elif kind < settings.actions:
         index = int(generator.integers(len(library.actions)))
@@ -312,9 +324,7 @@ def _draw_pose(
         pose, name = open_pose(generator), "open"
     else:
         pose, name = natural_pose(generator), "natural"
-    if name != "varied":  # these have their noise
-        pose = joint_noise(pose, generator)
-    return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
+    return joint_noise(pose, generator), name
 
 
 def _draw_camera(person: FloatArray, distances: Sequence[float], heights: Sequence[float], generator: np.random.Generator) -> PhotoFrame:

@@ -6,7 +6,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.colors import srgb_to_linear
-from a2v.types import FloatArray, IntArray, Surface
+from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 
 def sample_bilinear(image: np.ndarray, at: FloatArray) -> FloatArray:
@@ -25,8 +25,8 @@ _LINEAR = srgb_to_linear(np.arange(256) / 255)
 """Linear light of each byte."""
 
 
-def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> FloatArray:
-    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,), bilinear.
+def texture_of(surface: Surface) -> tuple[FloatArray, ByteArray]:
+    """Texture coordinates (F, 3, 2) and texture (H, W, 3) uint8 of a surface that has them.
 
     Raises
     ------
@@ -35,9 +35,21 @@ def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> Fl
     """
     if surface.uv is None or surface.texture is None:
         raise InputError("the surface has no texture")
-    height, width = surface.texture.shape[:2]
-    corners = surface.uv[faces]
+    return surface.uv, surface.texture
+
+
+def texture_at(surface: Surface, faces: IntArray, barycentric: FloatArray) -> FloatArray:
+    """The texture, linear light (n, 3) float32, at barycentric coordinates (n, 2) of faces (n,), bilinear.
+
+    Raises
+    ------
+    InputError
+        The surface has no texture.
+    """
+    places, texture = texture_of(surface)
+    height, width = texture.shape[:2]
+    corners = places[faces]
     u, v = barycentric[:, :1], barycentric[:, 1:]
     place = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
     at = np.stack([place[:, 0] * width - 0.5, (1 - place[:, 1]) * height - 0.5], axis=1)
-    return np.asarray(_LINEAR[sample_bilinear(surface.texture, at.astype(np.float32))])
+    return np.asarray(_LINEAR[sample_bilinear(texture, at.astype(np.float32))])

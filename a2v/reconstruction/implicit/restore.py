@@ -7,7 +7,7 @@ the statistics of real activations, so that training starts from the same functi
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ def restore_networks(networks: nn.Module, folder: str | os.PathLike[str], stage:
     InputError
         The files are none of ours, or of networks of other sizes.
     """
-    maps = _constants(Path(folder) / MAPS_FILE)
+    _, maps = _read(Path(folder) / MAPS_FILE)
     prefix = {"shape": "shape", "detail": "detail", "color": "painter"}[stage]
     products = {
         "shape": (FIELD_FILE, "coarse.", "field."),
@@ -106,14 +106,15 @@ def calibrate(networks: nn.Module, batches: Iterable[Any], forward: Any) -> None
         layer.running_var.copy_(spread)
 
 
-def _constants(path: Path) -> dict[str, np.ndarray]:
-    """Every stored tensor of an ONNX file by its name."""
+def _read(path: Path) -> tuple[Any, dict[str, np.ndarray]]:
+    """The graph of an ONNX file, and every stored tensor by its name."""
     import onnx
     from onnx import numpy_helper
 
     if not path.is_file():
         raise InputError(f"{path} does not exist; give a run's folder or one with the person's ONNX files")
-    return {item.name: numpy_helper.to_array(item) for item in onnx.load(str(path)).graph.initializer}
+    graph = onnx.load(str(path)).graph
+    return graph, {item.name: numpy_helper.to_array(item) for item in graph.initializer}
 
 
 def _perceptrons(path: Path, prefix: str, named: str) -> dict[str, np.ndarray | None]:
@@ -122,20 +123,17 @@ def _perceptrons(path: Path, prefix: str, named: str) -> dict[str, np.ndarray | 
     The exporter names biases after their layers and leaves the matrices before them nameless: each is the factor of the product that its
     bias is added to.
     """
-    import onnx
-
-    constants = _constants(path)
-    nodes = onnx.load(str(path)).graph.node
-    makers = {output: node for node in nodes for output in node.output}
+    graph, constants = _read(path)
+    makers = {output: node for node in graph.node for output in node.output}
     found: dict[str, np.ndarray | None] = {}
-    for node in nodes:
+    for node in graph.node:
         bias = next((name for name in node.input if name.startswith(prefix) and name.endswith(".bias")), "")
         if node.op_type != "Add" or not bias:
             continue
         product = next(makers[name] for name in node.input if name in makers and makers[name].op_type == "MatMul")
         factor = product.input[1]
-        cast: Mapping[str, Any] = {} if factor in constants else {"source": makers[factor].input[0]}
-        matrix = constants[cast.get("source", factor)]
+        if factor not in constants:  # stored as float16, and cast
+            factor = makers[factor].input[0]
         layer = named + bias.removeprefix(prefix).removesuffix(".bias")
-        found |= {f"{layer}.weight": matrix.T, f"{layer}.bias": constants[bias]}
+        found |= {f"{layer}.weight": constants[factor].T, f"{layer}.bias": constants[bias]}
     return found

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.kinematics import rotvec_to_rotmat
 from a2v.studio.avatars import Avatar
 from a2v.studio.things.solids import Thing, box, joined, rod
 from a2v.types import FloatArray
@@ -73,8 +74,8 @@ def draw_furniture(body: Body, generator: np.random.Generator) -> Thing:
 
 
 def _yaw(angle: float) -> FloatArray:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    """Rotation (3, 3) about the vertical."""
+    return np.asarray(rotvec_to_rotmat(np.array([0.0, angle, 0.0])))
 
 
 def _about(thing: Thing, body: Body, z: float, generator: np.random.Generator) -> Thing:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from a2v.errors import InputError
 from a2v.studio.solid import smooth_normals
+from a2v.studio.texture import texture_of
 from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 TILE = 64
@@ -118,14 +118,13 @@ def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Se
     InputError
         The surface has no texture.
     """
-    if surface.uv is None or surface.texture is None:
-        raise InputError("the surface has no texture")
-    height, width = surface.texture.shape[:2]
+    places, texture = texture_of(surface)
+    height, width = texture.shape[:2]
     strip = np.zeros((TILE, width, 3), np.uint8)
     for number, pattern in enumerate(patterns):
         strip[:, TILE * number : TILE * (number + 1)] = pattern
     tall = height + TILE
-    own = surface.uv * np.array([1, height / tall], np.float32) + np.array([0, TILE / tall], np.float32)
+    own = places * np.array([1, height / tall], np.float32) + np.array([0, TILE / tall], np.float32)
     inside = 1 + (TILE - 2) * thing.uv  # a pixel from the borders: neighbours don't shine through
     theirs = np.stack([(inside[..., 0] + TILE * thing.patterns[:, None]) / width, inside[..., 1] / tall], axis=-1)
     vertices, faces = thing.vertices.astype(np.float32), thing.faces + len(surface.vertices)
@@ -135,6 +134,6 @@ def with_thing(surface: Surface, normals: FloatArray, thing: Thing, patterns: Se
         faces=np.concatenate([surface.faces, faces.astype(surface.faces.dtype)]),
         colors=np.concatenate([surface.colors, np.zeros((len(vertices), 3), np.float32)]),
         uv=np.concatenate([own, theirs.astype(np.float32)]),
-        texture=np.concatenate([surface.texture, strip]),
+        texture=np.concatenate([texture, strip]),
     )
     return whole, np.concatenate([normals, smooth_normals(vertices, thing.faces, np.arange(len(vertices)))])

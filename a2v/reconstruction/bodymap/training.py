@@ -14,12 +14,16 @@ import torch
 from torch import Tensor
 
 from a2v.errors import InputError
+from a2v.perception.bodymap import FILE as SHIPPED
 from a2v.reconstruction.bodymap.examples import QuickViews, make_example, stack
 from a2v.reconstruction.bodymap.losses import errors, losses, tensors
 from a2v.reconstruction.bodymap.networks import BodyMapNetwork
 from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.untracing import calibrate, fill, read_weights
 
 FILE = "checkpoint.pt"
+CALIBRATION = 16
+"""Batches that normalisations of restored networks are calibrated on."""
 _AT_ONCE = 32
 """Views that are measured together."""
 
@@ -44,7 +48,8 @@ class BodyMapSettings(RunSettings):
     measured : int
         Views of the validation split that every row of the log is measured on.
     initial : str
-        Folder of another run whose averaged weights to begin with, "" for BlazePose's.
+        Folder of another run whose averaged weights to begin with, or of a ``bodymap.onnx``, "shipped" for the one that comes with a2v, "" for
+        BlazePose's.
     """
 
     iterations: int = 12_000
@@ -112,25 +117,34 @@ class BodyMapTraining(Training):
 
     def begin(self) -> None:
         """Take over another run's weights, if that is asked for."""
-        if self.settings.initial:
-            network, _ = load_network(self.settings.initial)
-            for own in (self.model, self.average):
-                own.load_state_dict(network.state_dict())
+        if not self.settings.initial:
+            return
+        folder = SHIPPED.parent if self.settings.initial == "shipped" else Path(self.settings.initial)
+        if (folder / FILE).is_file():
+            network, _ = load_network(folder)
+            self.model.load_state_dict(network.state_dict())
+        else:
+            fill(self.model, read_weights(folder / SHIPPED.name, {"body.": ""}), otherwise="leave initial out")
+            calibrate(self.model, (self._batch()["picture"] for _ in range(CALIBRATION)), self.model.look)
+        self.average.load_state_dict(self.model.state_dict())
 
     def step(self) -> dict[str, float]:
         """One iteration; the number of views there are, and the weighted losses."""
-        settings, generator = self.settings, self.generator
         if self.iteration % 200 == 0:
             self.views.refresh()
-        chosen = generator.integers(0, len(self.views), settings.batch_size)
-        true = tensors(stack([make_example(self.views.view(int(index)), generator) for index in chosen]), self.device)
+        true = self._batch()
         self.model.train()
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=settings.half):
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.settings.half):
             seen = self.model.look(true["picture"])
         found = losses(self.model.conclude(seen.float()), true)
         self.descend(torch.stack(list(found.values())).sum(), largest_gradient=2.0)
         self._take_average()
         return {"views": float(len(self.views))} | {name: float(value.detach()) for name, value in found.items()}
+
+    def _batch(self) -> dict[str, Tensor]:
+        """The examples of an iteration."""
+        chosen = self.generator.integers(0, len(self.views), self.settings.batch_size)
+        return tensors(stack([make_example(self.views.view(int(index)), self.generator) for index in chosen]), self.device)
 
     @torch.no_grad()
     def _take_average(self) -> None:

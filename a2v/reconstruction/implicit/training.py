@@ -32,10 +32,11 @@ from a2v.reconstruction.implicit.networks import (
     Painter,
     point_values,
 )
-from a2v.reconstruction.implicit.restore import calibrate, restore_networks
+from a2v.reconstruction.implicit.restore import restore_networks
 from a2v.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
 from a2v.sessions import WEIGHTS
 from a2v.studio.view import list_views
+from a2v.untracing import calibrate
 
 FILE = "checkpoint.pt"
 Stage = Literal["shape", "detail", "color"]

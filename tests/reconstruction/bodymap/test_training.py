@@ -6,15 +6,17 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+import onnxruntime
 import pytest
 import torch
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, MIRRORED_BLAZEPOSE
+from a2v.perception.bodymap import FILE as SHIPPED
 from a2v.reconstruction.bodymap.examples import QuickViews, make_example, mirrored, stack
 from a2v.reconstruction.bodymap.losses import errors, losses, tensors
 from a2v.reconstruction.bodymap.networks import BodyMaps
-from a2v.reconstruction.bodymap.training import FILE, BodyMapSettings, load_network, train_bodymap
+from a2v.reconstruction.bodymap.training import FILE, BodyMapSettings, BodyMapTraining, load_network, train_bodymap
 from tests.support.quick_views import invented_view, write_invented
 
 QUICK = BodyMapSettings(iterations=4, batch_size=2, log_every=1, measured=2, threads=1, device="cpu", half=False)
@@ -136,6 +138,24 @@ def test_a_run_resumes_and_refuses_other_settings(views: Path, tmp_path: Path) -
     with pytest.raises(InputError, match="does not exist; train first"):
         load_network(tmp_path / "none")
     assert (tmp_path / "whole" / FILE).is_file()
+
+
+def test_the_shipped_network_comes_back_out_of_its_file(views: Path, tmp_path: Path) -> None:
+    start = replace(QUICK, iterations=1, learning_rate=1e-12, measured=0, initial="shipped")
+    training = BodyMapTraining(views, start)
+    training.begin()
+    network = training.average
+    picture = torch.rand(1, 4, 256, 256, generator=torch.Generator().manual_seed(1))
+    with torch.no_grad():
+        told = network(picture)
+    session = onnxruntime.InferenceSession(str(SHIPPED), providers=["CPUExecutionProvider"])
+    points, log_scales, maps = session.run(["points", "log_scales", "maps"], {"picture": picture.numpy()})
+    np.testing.assert_allclose(told.points, points, atol=1e-4)
+    np.testing.assert_allclose(told.log_scales, log_scales, atol=1e-3)
+    np.testing.assert_allclose(told.maps, maps, atol=5e-3)
+    assert max(float(layer.running_mean.abs().max()) for layer in network.modules() if isinstance(layer, torch.nn.BatchNorm2d)) > 0.1
+    with pytest.raises(InputError, match="does not exist; give a run's folder"):
+        train_bodymap(views, tmp_path / "nothing", settings=replace(start, initial=str(tmp_path / "none")))
 
 
 def test_training_makes_the_losses_smaller(views: Path, tmp_path: Path) -> None:

@@ -160,5 +160,5 @@ def test_a_run_begins_with_the_networks_of_onnx_files(
     before, after = said(run[0]), said(tmp_path / "again")
     for name, values in before.items():  # one iteration moves the running statistics by a tenth of what a batch differs
         assert np.abs(after[name] - values).mean() < 0.05 * np.abs(values).mean(), name
-    with pytest.raises(InputError, match="no networks of these sizes"):
+    with pytest.raises(InputError, match="no network of this kind and size"):
         train_reconstruction("shape", studio, tmp_path / "other", network=dataclasses.replace(SMALL, hidden=16), settings=settings)

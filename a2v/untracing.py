@@ -1,0 +1,127 @@
+"""Weights back out of the ONNX graphs that `a2v.tracing` made, to go on training networks of which nothing else is left.
+
+The export folds every batch normalisation into the convolution before it; here it comes back as one that changes nothing (`calibrate` gives it
+the statistics of real activations, so that training starts from the same function).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from a2v.errors import InputError
+
+_HALF = "_half"
+"""Ending of the names of weights that are stored as float16."""
+_FOLDED = ".weight_bias"
+"""Ending of the name of the bias that a convolution got from the normalisation behind it."""
+
+
+def read_weights(path: str | os.PathLike[str], names: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """The weights of a file by the names that they had in torch.
+
+    The exporter names biases after their layers and leaves the matrices before them nameless: each is the factor of the product that its bias is
+    added to.
+
+    Parameters
+    ----------
+    path : path
+    names : mapping
+        Beginnings of names in the file to what takes their place; other weights are left out.
+
+    Raises
+    ------
+    InputError
+        There is no such file.
+    """
+    import onnx
+    from onnx import numpy_helper
+
+    if not Path(path).is_file():
+        raise InputError(f"{path} does not exist; give a run's folder or one with ONNX files that a2v wrote")
+    graph = onnx.load(str(path)).graph
+    constants = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
+    found = {name.removesuffix(_HALF): value for name, value in constants.items()}
+    makers = {output: node for node in graph.node for output in node.output}
+    for node in graph.node:
+        bias = next((name for name in node.input if name in constants and name.endswith("bias")), "")
+        product = next((makers[name] for name in node.input if name in makers and makers[name].op_type == "MatMul"), None)
+        if node.op_type == "Add" and bias and product is not None:
+            factor = product.input[1]
+            stored = factor if factor in constants else makers[factor].input[0]  # stored as float16, and cast
+            found[f"{bias.removesuffix('bias')}weight"] = constants[stored].T
+    return {
+        new + name.removeprefix(old): np.array(value, np.float32)
+        for name, value in found.items()
+        for old, new in names.items()
+        if name.startswith(old)
+    }
+
+
+def fill(network: nn.Module, weights: Mapping[str, np.ndarray], *, otherwise: str) -> None:
+    """Give a network the weights of `read_weights`, in place.
+
+    Raises
+    ------
+    InputError
+        A weight is missing, or of another size; `otherwise` says what to do.
+    """
+    weights = dict(weights)
+    for name, module in network.named_modules():
+        if isinstance(module, nn.BatchNorm2d):
+            before = f"{name.rpartition('.')[0]}.0"  # of each block: convolution, normalisation, activation
+            ones = np.ones(module.num_features, np.float32)
+            weights |= {f"{name}.weight": np.sqrt(ones + module.eps), f"{name}.running_mean": 0 * ones, f"{name}.running_var": ones}
+            if before + _FOLDED in weights:
+                weights[f"{name}.bias"] = weights[before + _FOLDED]
+    state = network.state_dict()
+    for name, value in state.items():
+        if name.endswith("num_batches_tracked"):
+            continue
+        new = weights.get(name)
+        if new is None or tuple(new.shape) != tuple(value.shape):
+            raise InputError(f"no network of this kind and size ({name}); {otherwise}")
+        state[name] = torch.from_numpy(np.ascontiguousarray(new)).to(value.device)
+    network.load_state_dict(state)
+
+
+@torch.no_grad()
+def calibrate(network: nn.Module, batches: Iterable[Any], forward: Callable[[Any], Any]) -> None:
+    """Give normalisations that change nothing the mean and variance of what reaches them; what the network computes stays as it is.
+
+    Parameters
+    ----------
+    network : Module
+        As `fill` leaves it.
+    batches : iterable
+    forward : callable
+        Runs the network on a batch.
+    """
+    layers = [module for module in network.modules() if isinstance(module, nn.BatchNorm2d)]
+    sums: dict[nn.Module, list[Tensor]] = {layer: [] for layer in layers}
+
+    def note(layer: nn.Module, given: tuple[Tensor, ...]) -> None:
+        values = given[0].float()
+        sums[layer].append(torch.stack([values.mean((0, 2, 3)), values.square().mean((0, 2, 3))]))
+
+    hooks = [layer.register_forward_pre_hook(note) for layer in layers]
+    network.eval()
+    for batch in batches:
+        forward(batch)
+    for hook in hooks:
+        hook.remove()
+    for layer in layers:
+        mean, square = torch.stack(sums[layer]).mean(0)
+        spread = (square - mean.square()).clamp(min=1e-6)
+        assert layer.running_mean is not None
+        assert layer.running_var is not None
+        layer.bias.add_(mean)
+        layer.weight.copy_(torch.sqrt(spread + layer.eps))
+        layer.running_mean.copy_(mean)
+        layer.running_var.copy_(spread)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 from torch import nn
 
 from a2v.reconstruction.implicit.model import COLORS_FILE, FIELD_FILE, MAPS_FILE
@@ -33,7 +34,7 @@ def restore_networks(networks: nn.Module, folder: str | os.PathLike[str], stage:
     InputError
         The files are none of ours, or of networks of other sizes.
     """
-    weights = {}
+    weights: dict[str, np.ndarray] = {}
     for file, names in _NAMES[stage].items():
         weights |= read_weights(Path(folder) / file, names)
     fill(networks, weights, otherwise="give the same --network settings, or leave initial out")

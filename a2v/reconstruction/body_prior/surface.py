@@ -17,7 +17,8 @@ from a2v.errors import InputError
 from a2v.geometry.rays import ray_scene
 from a2v.geometry.visibility import person_box, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
-from a2v.reconstruction.body_prior.columns import mask_distance
+from a2v.reconstruction.body_prior.cloth import LegColumns
+from a2v.reconstruction.body_prior.columns import binary_distance, columns_seen, mask_distance
 from a2v.reconstruction.body_prior.rim import SkinDeformer, drape, pull_to_contour
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.reconstruction.body_prior.volume import add_lobes, close_head, close_toes, part_arms
@@ -83,6 +84,8 @@ class DressedBody:
     field : (nx, ny, nz) float32
         Signed distance on `grid`, metres, negative inside; cut off some cells from the surface.
     grid : Grid
+    cloth : (nx, ny)
+        How much of a column's depth is that of cloth between the legs, from 0 to 1.
     skin : (S, 3) float64
         The body's outer skin, pulled to the contour; `field` has what it does not reach as well.
     faces : (G, 3) int64
@@ -92,6 +95,7 @@ class DressedBody:
 
     field: FloatArray
     grid: Grid
+    cloth: FloatArray
     skin: FloatArray
     faces: IntArray
     parts: IntArray
@@ -119,17 +123,25 @@ def dress(
     band = max(3, int(np.ceil(reach / grid.cell)) + 1)
     outline = mask_distance(mask, camera, grid)
     bare, deformer = skin, SkinDeformer(skin, faces)
+    without_cloth = _outside_of_cloth(skin, faces, parts, grid, outline)
     for turn in range(settings.rounds):
-        skin = pull_to_contour(skin, faces, parts, grid, outline, deformer, settings, turn)
+        skin = pull_to_contour(skin, faces, parts, grid, without_cloth, deformer, settings, turn)
         report(turn + 1)
 
     skin = drape(skin, faces, parts, deformer, bare)
     field = close_toes(close_head(signed_distance(skin, faces, grid, band=band), skin, parts, grid), skin, parts, grid)
     report(settings.rounds + 1)
-    field = add_lobes(field, skin, faces, grid, outline, settings, band=band)
+    field, cloth = add_lobes(field, skin, faces, parts, grid, outline, settings, band=band)
     # cut what sticks out of the mask by a rounded extrusion of it
     field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
-    return DressedBody(part_arms(field, bare, faces, parts, grid), grid, skin, faces, parts)
+    return DressedBody(part_arms(field, bare, faces, parts, grid), grid, cloth, skin, faces, parts)
+
+
+def _outside_of_cloth(skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, outline: FloatArray) -> FloatArray:
+    """Distance (nx, ny) to the contour of the mask less what is cloth between the legs: no leg is pulled to a skirt's hem."""
+    missing = (outline < 0) & ~np.isfinite(columns_seen(skin, faces, grid)[0])
+    gaps = LegColumns.of(skin, faces, parts, grid).gaps(missing)
+    return np.maximum(outline, -binary_distance(gaps, grid.cell)) if gaps.any() else outline
 
 
 def _overlap(skin: FloatArray, faces: IntArray, camera: OrthographicCamera, mask: FloatArray) -> float:

@@ -8,9 +8,10 @@ from a2v.body.parts import PARTS
 from a2v.geometry.images import nearest_known
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.volume import Grid
+from a2v.reconstruction.body_prior.cloth import LegColumns, span_legs
 from a2v.reconstruction.body_prior.columns import columns_seen
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
-from a2v.types import FloatArray, IntArray
+from a2v.types import BoolArray, FloatArray, IntArray
 
 _STEP = 0.02
 """Limbs side by side are of one piece if their middles differ in depth by less than about twice so many metres."""
@@ -94,16 +95,26 @@ def add_lobes(
     field: FloatArray,
     skin: FloatArray,
     faces: IntArray,
+    parts: IntArray,
     grid: Grid,
     mask_distance: FloatArray,
     settings: SurfaceSettings,
     *,
     band: int = 3,
-) -> FloatArray:
-    """Fuse inflated volumes where the mask has something that the body does not reach; `field` is cut off at `band` cells."""
+) -> tuple[FloatArray, FloatArray]:
+    """The field, cut off at `band` cells, with volumes fused to it where the mask has something that the body does not reach.
+
+    They are cloth from leg to leg, and inflated lobes. The second answer (nx, ny) is how much of a column's depth is such cloth's.
+    """
     import cv2
 
     front, back = columns_seen(skin, faces, grid)
+    legs = LegColumns.of(skin, faces, parts, grid)
+    share, before, behind = span_legs(legs, legs.gaps((mask_distance < 0) & ~np.isfinite(front)), mask_distance)
+    cloth = share > 0
+    if cloth.any():
+        field = _fill_columns(field, cloth, before, behind, grid, band)
+        front, back = np.where(cloth, before, front), np.where(cloth, behind, back)
     covered = np.isfinite(front)
     wanted = mask_distance < 0
     # slivers along the rim (under a centimetre and a half) are no hair and no skirt
@@ -112,7 +123,7 @@ def add_lobes(
         cv2.dilate(cv2.morphologyEx((wanted & ~covered).astype(np.uint8), cv2.MORPH_OPEN, disk), disk).astype(bool) & wanted & ~covered
     )
     if not missing.any():
-        return field
+        return field, share
     # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
     inner = np.where(wanted, -mask_distance, 0).astype(np.float32)
     span = max(3, int(2 * settings.lobe / grid.cell)) | 1
@@ -141,6 +152,16 @@ def add_lobes(
     lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
     limit = band * grid.cell
     field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
+    return field, share
+
+
+def _fill_columns(field: FloatArray, chosen: BoolArray, front: FloatArray, back: FloatArray, grid: Grid, band: int) -> FloatArray:
+    """The field with what lies between `front` and `back` (nx, ny) in the chosen columns."""
+    field, limit = field.copy(), band * grid.cell
+    i, j = np.nonzero(chosen)
+    z = grid.axis(2)
+    solid = np.clip(np.maximum(z[None] - front[i, j, None], back[i, j, None] - z[None]), -limit, limit)
+    field[i, j] = np.minimum(field[i, j], solid.astype(np.float32))
     return field
 
 

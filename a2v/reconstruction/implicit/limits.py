@@ -15,6 +15,7 @@ from a2v.errors import InputError
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import evened, vertex_normals
 from a2v.geometry.rays import RayScene
+from a2v.reconstruction.body_prior.columns import sample_columns
 from a2v.reconstruction.body_prior.surface import DressedBody
 from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitPerson
@@ -26,6 +27,8 @@ GAP = 0.4
 """It moves out by at most this share of the way to what is next to it: limbs that stand apart stay apart."""
 RIM = 0.15
 """It moves by at most this share of the way to the mask's contour: at the contour a body is round."""
+CLOTH = 0.15
+"""So much of that where cloth hangs between the legs: the networks are guided by a body that has nothing there, and would tear it."""
 BAND = 0.025
 """It never moves farther, metres."""
 THICKEST = 0.25
@@ -74,11 +77,12 @@ class ShellLimits:
         thickness, gap = room(vertices, faces)
         thickness = evened(faces, thickness, ROUNDS)
         camera = person.frame.camera
+        trust = 1 - (1 - CLOTH) * np.clip(sample_columns(dressed.cloth, vertices, dressed.grid), 0, 1)
         return cls(
             dressed,
             cKDTree(vertices),
-            np.minimum(np.minimum(THICKER * thickness, GAP * gap), BAND),
-            np.minimum(THINNER * thickness, BAND),
+            trust * np.minimum(np.minimum(THICKER * thickness, GAP * gap), BAND),
+            trust * np.minimum(THINNER * thickness, BAND),
             np.maximum(-mask_distance(person.frame.mask, camera.scale), 0),
             camera,
         )

@@ -13,7 +13,7 @@ from a2v.errors import InputError
 from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction.body_prior.surface import DressedBody
 from a2v.reconstruction.implicit.inputs import FRAME, Frame
-from a2v.reconstruction.implicit.limits import BAND, GAP, THICKER, THINNER, ShellLimits, room
+from a2v.reconstruction.implicit.limits import BAND, CLOTH, GAP, THICKER, THINNER, ShellLimits, room
 from a2v.types import OrthographicCamera
 
 CAMERA = OrthographicCamera(scale=500.0, center_u=FRAME / 2, center_v=FRAME / 2)
@@ -36,7 +36,8 @@ def limits() -> ShellLimits:
     mask = np.zeros((FRAME, FRAME), np.float32)
     mask[100:900, 262:762] = 1  # half a metre to each side
     frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), mask, CAMERA)
-    dressed = DressedBody(field, grid, np.asarray(both.vertices), np.asarray(both.faces), np.zeros(len(both.vertices), np.int8))
+    bare = np.zeros(grid.shape[:2], np.float32)
+    dressed = DressedBody(field, grid, bare, np.asarray(both.vertices), np.asarray(both.faces), np.zeros(len(both.vertices), np.int8))
     return ShellLimits.of(SimpleNamespace(frame=frame), dressed)  # type: ignore[arg-type]
 
 
@@ -85,6 +86,17 @@ def test_the_mask_and_the_other_leg_narrow_the_shell(limits: ShellLimits) -> Non
     assert gap[facing] == pytest.approx(0.01, abs=0.002)
     assert GAP * gap[facing].max() < 0.5 * 0.012  # both sides moved, they do not meet
     assert np.isinf(gap[middle & (vertices[:, 2] < -RADIUS + 0.002)]).all()
+
+
+def test_networks_do_not_tear_cloth_between_the_legs(limits: ShellLimits) -> None:
+    cloth = dataclasses.replace(limits.dressed, cloth=np.ones_like(limits.dressed.cloth))
+    frame = Frame(np.zeros((FRAME, FRAME, 3), np.uint8), np.ones((FRAME, FRAME), np.float32), CAMERA)
+    held_fast = ShellLimits.of(SimpleNamespace(frame=frame), cloth)  # type: ignore[arg-type]
+    within = np.array([[0.06, 0, APART / 2 + RADIUS - 0.01]])
+    nothing = np.full(1, 0.1, np.float32)
+    assert limits.keep(within, nothing)[0] > 0
+    assert held_fast.keep(within, nothing)[0] < 0
+    np.testing.assert_allclose(held_fast.inwards, CLOTH * limits.inwards, rtol=1e-5)
 
 
 def test_a_body_beside_the_mask_is_refused(limits: ShellLimits) -> None:

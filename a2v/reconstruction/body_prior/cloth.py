@@ -1,0 +1,188 @@
+"""Cloth that spans from leg to leg: skirts, coats, and trousers whose crotch hangs low."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.geometry.volume import Grid
+from a2v.reconstruction.body_prior.columns import columns_seen
+from a2v.types import BoolArray, FloatArray, IntArray
+
+WIDEST, SMALLEST = 0.6, 0.05
+"""A gap between the legs wider than this is no cloth, and one nowhere as wide, or not as high, as that is a fold of trousers; metres."""
+APART = 0.12
+"""Where the middles of the legs are farther apart in depth, it is trousers that meet in the picture, metres."""
+HOLD = 0.18
+"""So much of the body on each side of a gap carries the cloth, metres."""
+ABOVE = 0.2
+"""Over so many metres above the gap the cloth comes to lie on the body."""
+HEM = 0.02
+"""Cloth is rounded so near to the mask's contour, metres."""
+_LOWER = ("torso", "left_thigh", "left_shin", "right_thigh", "right_shin")
+
+
+@dataclass(frozen=True, eq=False)
+class LegColumns:
+    """What of trunk and legs a photo's columns hold; maps are (nx, ny), rows of the second axis.
+
+    Attributes
+    ----------
+    left, right : (nx, ny) bool
+        Where a leg is.
+    front, back : (nx, ny)
+        Depth of trunk and legs, metres; infinite where they are not.
+    cell : float
+        Of a column, metres.
+    """
+
+    left: BoolArray
+    right: BoolArray
+    front: FloatArray
+    back: FloatArray
+    cell: float
+
+    @classmethod
+    def of(cls, skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> LegColumns:
+        """Of a body's skin (S, 3), faces (G, 3) and parts (S,) on a grid."""
+
+        def seen(names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+            wanted = np.isin(parts, [PARTS.index(name) for name in names])
+            own = faces[wanted[faces].all(axis=1)]
+            if not len(own):
+                nothing = np.full(grid.shape[:2], np.inf, np.float32)
+                return -nothing, nothing
+            return columns_seen(skin, own, grid)
+
+        left, right = (np.isfinite(seen([f"{side}_thigh", f"{side}_shin"])[0]) for side in ("left", "right"))
+        return cls(left, right, *seen(_LOWER), grid.cell)
+
+    def gaps(self, missing: BoolArray) -> BoolArray:
+        """The part of `missing` (nx, ny), where the mask is and the body is not, that lies between the legs and is of cloth."""
+        found = np.zeros_like(missing)
+        for row in np.flatnonzero(missing.any(axis=0)):
+            for begin, end in _runs(missing[:, row]):
+                if not 0 < begin < end < len(missing) or (end - begin) * self.cell > WIDEST:
+                    continue
+                first, last = self._held(begin - 1, -1, row), self._held(end, 1, row)
+                if not len(first) or not len(last):
+                    continue
+                apart = abs(self._middle(first, row) - self._middle(last, row))
+                found[begin:end, row] = self._side(first, row) * self._side(last, row) < 0 and apart < APART
+        return _large_enough(found, self.cell)
+
+    def hull(self, begin: int, end: int, row: int) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Columns of the body on both sides of the columns from `begin` to before `end` of a row, and the convex hull's front and back there."""
+        first, last = self._held(begin - 1, -1, row), self._held(end, 1, row)
+        held = np.concatenate([first, last])
+        columns = np.arange(held[0], held[-1] + 1)
+        return columns, _upper_hull(held, self.front[held, row], columns), -_upper_hull(held, -self.back[held, row], columns)
+
+    def _held(self, start: int, step: int, row: int) -> IntArray:
+        """Columns of the body, rising, from `start` on in the direction `step` as far as they carry."""
+        columns = np.arange(start, start + step * max(2, int(HOLD / self.cell)), step)
+        columns = columns[(columns >= 0) & (columns < len(self.front))]
+        there = np.isfinite(self.front[columns, row])
+        return np.sort(columns[: len(columns) if there.all() else int(np.argmin(there))])
+
+    def _side(self, columns: IntArray, row: int) -> int:
+        """Above 0 if more of the columns are of the left leg, below if more are of the right one."""
+        return int(self.left[columns, row].sum()) - int(self.right[columns, row].sum())
+
+    def _middle(self, columns: IntArray, row: int) -> float:
+        return float((self.front[columns, row] + self.back[columns, row]).mean() / 2)
+
+
+def span_legs(legs: LegColumns, gaps: BoolArray, outline: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The cloth over gaps between the legs and its depth: row by row the convex hull of both, as cloth that is held by them lies.
+
+    Parameters
+    ----------
+    legs : LegColumns
+    gaps : (nx, ny) bool
+        As `LegColumns.gaps` has them.
+    outline : (nx, ny)
+        Signed distance to the mask's contour, metres, negative inside.
+
+    Returns
+    -------
+    share : (nx, ny)
+        How much of a column's depth is the cloth's, from 0 to 1: 1 in gaps and on the body beside them, less and less above.
+    front, back : (nx, ny)
+        Depth with the cloth where there is some, metres; 0 elsewhere.
+    """
+    front, back, share = np.zeros((3, *gaps.shape))
+    for row in np.flatnonzero(gaps.any(axis=0)):
+        for begin, end in _runs(gaps[:, row]):
+            columns, before, behind = legs.hull(begin, end, row)
+            front[columns, row], back[columns, row], share[columns, row] = before, behind, 1.0
+            if not gaps[max(begin - 2, 0) : end + 2, row + 1 : row + 3].any():
+                _lay_on(legs, (begin + end) // 2, row + 1, front, back, share)
+    chosen = share > 0
+    if not chosen.any():
+        return share, front, back
+    front, back = _smooth(front, chosen), _smooth(back, chosen)
+    rim = np.clip(-outline / HEM, 0, 1)
+    shrink = np.where(gaps, np.sqrt(rim * (2 - rim)), 1.0)
+    middle, half = (front + back) / 2, np.maximum((front - back) / 2, 0)
+    own_front, own_back = (np.where(np.isfinite(own), own, other) for own, other in ((legs.front, front), (legs.back, back)))
+    front = own_front + share * (middle + shrink * half - own_front)
+    back = own_back + share * (middle - shrink * half - own_back)
+    return share, np.where(chosen, front, 0), np.where(chosen, back, 0)
+
+
+def _lay_on(legs: LegColumns, column: int, start: int, front: FloatArray, back: FloatArray, share: FloatArray) -> None:
+    """Go on above the top of a gap, from the row `start` on: the hull of trunk and thighs around a column, less and less of it."""
+    count = int(ABOVE / legs.cell)
+    for done in range(count):
+        row = start + done
+        if row >= front.shape[1] or not np.isfinite(legs.front[column, row]):
+            return
+        columns, before, behind = legs.hull(column, column, row)
+        faded = (1 - done / count) ** 2 * (1 + 2 * done / count)
+        new = share[columns, row] < faded
+        columns, before, behind = columns[new], before[new], behind[new]
+        front[columns, row], back[columns, row], share[columns, row] = before, behind, faded
+
+
+def _runs(there: BoolArray) -> list[tuple[int, int]]:
+    """Beginning and end (exclusive) of each stretch of True in (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
+    return [(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _upper_hull(x: IntArray, z: FloatArray, at: IntArray) -> FloatArray:
+    """The upper convex hull of points (x, z), x rising, at the places `at`."""
+    kept: list[int] = []
+    for i in range(len(x)):
+        while len(kept) > 1:
+            a, b = kept[-2], kept[-1]
+            if (z[b] - z[a]) * (x[i] - x[a]) > (z[i] - z[a]) * (x[b] - x[a]):
+                break
+            kept.pop()
+        kept.append(i)
+    return np.asarray(np.interp(at, x[kept], z[kept]))
+
+
+def _large_enough(gaps: BoolArray, cell: float) -> BoolArray:
+    """The connected pieces of `gaps` that are at least `SMALLEST` high, and as wide somewhere."""
+    from scipy.ndimage import find_objects, label
+
+    pieces, count = label(gaps, np.ones((3, 3)))
+    large = np.zeros(count + 1, bool)
+    for number, box in enumerate(find_objects(pieces), 1):
+        own = pieces[box] == number
+        large[number] = min(own.sum(axis=0).max(), own.any(axis=0).sum()) * cell >= SMALLEST
+    kept: BoolArray = large[pieces]
+    return kept
+
+
+def _smooth(values: FloatArray, there: BoolArray, sigma: float = 2.0) -> FloatArray:
+    """Values (nx, ny) averaged with their neighbours among `there`."""
+    from scipy.ndimage import gaussian_filter
+
+    weight = gaussian_filter(there.astype(np.float64), sigma)
+    return np.where(there, gaussian_filter(np.where(there, values, 0.0), sigma) / np.maximum(weight, 1e-6), 0.0)

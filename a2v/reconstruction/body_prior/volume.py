@@ -124,10 +124,29 @@ def add_lobes(
     )
     if not missing.any():
         return field, share
+    middle, half = _round_profile(front, back, covered, mask_distance, grid, settings.lobe)
+    # fade out into the body over a few centimetres
+    into = cv2.distanceTransform((~missing).astype(np.uint8), cv2.DIST_L2, 5) * grid.cell
+    fade = np.clip(1.0 - into / 0.015, 0, 1)
+    z = grid.axis(2).astype(np.float32)
+    active = (into < 0.015) & wanted
+    i, j = np.nonzero(active)
+    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
+    limit = band * grid.cell
+    field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
+    return field, share
+
+
+def _round_profile(
+    front: FloatArray, back: FloatArray, covered: BoolArray, mask_distance: FloatArray, grid: Grid, lobe: float
+) -> tuple[FloatArray, FloatArray]:
+    """Middle and half thickness (nx, ny) of a lobe at every column, which go on from the covered ones that are nearest; at most `lobe` metres."""
+    import cv2
+
     # thickness from the medial width of the mask's protruding region: a round profile from contour to middle
-    inner = np.where(wanted, -mask_distance, 0).astype(np.float32)
-    span = max(3, int(2 * settings.lobe / grid.cell)) | 1
-    radius = np.clip(cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))), 2 * grid.cell, settings.lobe)
+    inner = np.maximum(-mask_distance, 0).astype(np.float32)
+    span = max(3, int(2 * lobe / grid.cell)) | 1
+    radius = np.clip(cv2.dilate(inner, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (span, span))), 2 * grid.cell, lobe)
     radius = cv2.GaussianBlur(radius.astype(np.float32), (0, 0), span / 4)
     depth = np.minimum(inner, radius)
     half = np.sqrt(np.maximum(depth * (2 * radius - depth), 0))
@@ -143,16 +162,7 @@ def add_lobes(
     )
     half = np.minimum(half, np.maximum(0.5 * near_thick, 0.015))
     half = np.maximum(half, 0.8 * grid.cell)
-    # fade out into the body over a few centimetres
-    into = cv2.distanceTransform((~missing).astype(np.uint8), cv2.DIST_L2, 5) * grid.cell
-    fade = np.clip(1.0 - into / 0.015, 0, 1)
-    z = grid.axis(2).astype(np.float32)
-    active = (into < 0.015) & wanted
-    i, j = np.nonzero(active)
-    lobe = (np.abs(z[None] - middle[i, j, None]) - (half * fade)[i, j, None]) * 0.8 + (1 - fade[i, j, None]) * 2 * grid.cell
-    limit = band * grid.cell
-    field[i, j] = _smooth_min(field[i, j], np.clip(lobe, -limit, limit).astype(np.float32), 1.5 * grid.cell)
-    return field, share
+    return middle, half
 
 
 def _fill_columns(field: FloatArray, chosen: BoolArray, front: FloatArray, back: FloatArray, grid: Grid, band: int) -> FloatArray:

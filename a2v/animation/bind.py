@@ -12,6 +12,11 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
+_SHARPNESS = 0.01
+"""Metres of cost that make a body part e times less likely."""
+_NEVER = 0.15
+"""Parts that cost so much more than the nearest one, metres, are not asked."""
+
 
 @dataclass(frozen=True)
 class BindSettings:
@@ -104,9 +109,14 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
     present = np.unique(body.parts.astype(np.int64))
     members = [np.flatnonzero(body.parts == part) for part in present]
-    found = [_nearest(vertices, normals, body_vertices[own], body_normals[own], settings) for own in members]
-    cost = np.stack([price for price, _ in found], axis=1)
-    best = np.stack([own[index] for own, (_, index) in zip(members, found, strict=True)], axis=1)
+    cost, best = np.full((len(vertices), len(present)), np.inf), np.zeros((len(vertices), len(present)), np.int64)
+    limit = tree_distance + settings.normal_weight + _NEVER
+    for column, own in enumerate(members):
+        asked = _box_distance(vertices, body_vertices[own]) < limit
+        if parts is not None:
+            asked |= np.asarray(parts) == present[column]
+        cost[asked, column], index = _nearest(vertices[asked], normals[asked], body_vertices[own], body_normals[own], settings)
+        best[asked, column] = own[index]
     area, stiffness = vertex_areas(vertices, faces) + 1e-12, laplacian(cotangent_weights(vertices, faces))
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
@@ -158,6 +168,12 @@ def _nearest(
     return total[rows, pick], index[rows, pick]
 
 
+def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
+    """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): the targets are no nearer."""
+    outside = np.maximum(np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0)
+    return np.linalg.norm(outside, axis=1)
+
+
 def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:
     """The chosen columns (V,) of `present` parts, replaced where the part is `known` (V,; -1: not) and present."""
     lookup = np.searchsorted(present, np.clip(known, present[0], present[-1]))
@@ -168,7 +184,7 @@ def _choose_parts(cost: FloatArray, area: FloatArray, stiffness: Any, settings: 
     """Column (V,) of the part whose probability is the largest after sharing it along the surface."""
     from scipy.sparse import diags
 
-    sharp = np.exp(-(cost - cost.min(axis=1, keepdims=True)) / 0.01)
+    sharp = np.exp(-(cost - cost.min(axis=1, keepdims=True)) / _SHARPNESS)
     probability = sharp / sharp.sum(axis=1, keepdims=True)
     system = Cholesky(diags(area) + settings.part_smoothing**2 * stiffness)
     return system.solve(area[:, None] * probability).argmax(axis=1)  # type: ignore[no-any-return]

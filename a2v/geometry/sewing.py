@@ -33,9 +33,8 @@ def largest_piece(faces: IntArray, own: BoolArray) -> BoolArray:
 
     chosen = np.flatnonzero(own)
     edges = np.sort(faces[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, key = np.unique(edges, axis=0, return_inverse=True)
+    _, key = np.unique(edges[:, 0].astype(np.int64) * (int(faces.max()) + 1) + edges[:, 1], return_inverse=True)
     owner = np.repeat(np.arange(len(chosen)), 3)
-    key = key.ravel()
     graph = sp.coo_matrix((np.ones(len(key)), (owner, key)), shape=(len(chosen), int(key.max()) + 1)).tocsr()
     _, label = connected_components(graph @ graph.T, directed=False)
     kept = np.zeros(len(own), bool)

@@ -9,6 +9,9 @@ import numpy as np
 from a2v.geometry.rays import ray_scene
 from a2v.types import BoolArray, FloatArray, IntArray
 
+EXACT = 3
+"""Cells from the surface within which signed distances are exact."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -59,17 +62,35 @@ def winding_inside(vertices: FloatArray, faces: IntArray, grid: Grid) -> BoolArr
 
 
 def signed_distance(vertices: FloatArray, faces: IntArray, grid: Grid, *, band: int = 3) -> FloatArray:
-    """Signed distance (nx, ny, nz) float32, metres, negative inside; exact within `band` cells of the surface, constant beyond."""
+    """Signed distance (nx, ny, nz) float32, metres, negative inside; constant beyond `band` cells of the surface.
+
+    Within `EXACT` cells it is exact; farther away it is interpolated between every second node.
+    """
     from scipy.ndimage import binary_dilation, binary_erosion
 
     inside = winding_inside(vertices, faces, grid)
+    limit = np.float32(band * grid.cell)
+    far = _from_coarser(vertices, faces, grid, band) if band > EXACT else limit
+    field = np.where(inside, -far, far).astype(np.float32)
     block = np.ones((3, 3, 3), bool)  # diagonals too
-    near = binary_dilation(inside, block, iterations=band) & ~binary_erosion(inside, block, iterations=band)
-    field = np.where(inside, -1.0, 1.0).astype(np.float32) * np.float32(band * grid.cell)
+    reach = min(band, EXACT)
+    near = binary_dilation(inside, block, iterations=reach) & ~binary_erosion(inside, block, iterations=reach)
     nodes = np.argwhere(near)
     points = (grid.origin + grid.cell * nodes).astype(np.float32)
     distance = ray_scene(vertices, faces, threads=0).compute_distance(points).numpy()
-    distance = np.minimum(distance, band * grid.cell)
+    distance = np.minimum(distance, limit)
     where = tuple(nodes.T)
     field[where] = np.where(inside[where], -distance, distance)
     return field
+
+
+def _from_coarser(vertices: FloatArray, faces: IntArray, grid: Grid, band: int) -> FloatArray:
+    """Distance (nx, ny, nz), metres, from `EXACT` to `band` cells, interpolated from that on a grid of cells twice as large."""
+    shape = (grid.shape[0] // 2 + 2, grid.shape[1] // 2 + 2, grid.shape[2] // 2 + 2)
+    fine = np.abs(signed_distance(vertices, faces, Grid(grid.origin, 2 * grid.cell, shape), band=(band + 1) // 2))
+    for axis in range(3):
+        fine = np.moveaxis(fine, axis, 0)
+        between = (fine[1:] + fine[:-1]) / 2
+        fine = np.stack([fine[:-1], between], axis=1).reshape(-1, *fine.shape[1:])[: grid.shape[axis]]
+        fine = np.moveaxis(fine, 0, axis)
+    return np.clip(fine, np.float32(EXACT * grid.cell), np.float32(band * grid.cell))

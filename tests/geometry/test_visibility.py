@@ -6,7 +6,7 @@ import trimesh
 
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map, silhouette_iou, visible_vertices
-from a2v.geometry.volume import Grid, signed_distance, winding_inside
+from a2v.geometry.volume import EXACT, Grid, signed_distance, winding_inside
 from a2v.reconstruction.atlas import face_neighbors, make_atlas
 from a2v.types import OrthographicCamera
 
@@ -58,6 +58,19 @@ def test_projection_conventions() -> None:
 def test_normals_point_outwards() -> None:
     ball = trimesh.creation.icosphere(3)
     assert ((vertex_normals(ball.vertices, ball.faces) * ball.vertices).sum(axis=1) > 0.99).all()
+
+
+def test_far_from_the_surface_distances_are_interpolated() -> None:
+    ball = trimesh.creation.icosphere(4, 0.3)
+    grid = Grid(np.full(3, -0.52), 0.013, (81, 80, 82))
+    field = signed_distance(np.asarray(ball.vertices), np.asarray(ball.faces), grid, band=9)
+    x, y, z = np.meshgrid(*(grid.axis(axis) for axis in range(3)), indexing="ij")
+    true = np.sqrt(x**2 + y**2 + z**2) - 0.3
+    near, far = np.abs(true) < EXACT * grid.cell, np.abs(true) > 9.1 * grid.cell
+    assert np.abs(field - true)[near].max() < 0.05 * grid.cell
+    assert np.abs(field - true)[~near & ~far].max() < 0.2 * grid.cell
+    np.testing.assert_allclose(np.abs(field[far]), 9 * grid.cell, atol=0.2 * grid.cell)
+    assert ((field < 0) == (true < 0))[np.abs(true) > 1e-3].all()
 
 
 def test_signed_distance_of_overlapping_balls() -> None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.mesh import Cholesky, vertex_normals
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.columns import binary_distance, columns_seen, sample_columns
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
@@ -40,6 +38,7 @@ class SkinDeformer:
         self._stiffness = (sp.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsc()
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 6
         self._mass = np.maximum(np.bincount(faces.ravel(), np.repeat(area, 3), minlength=count), 1e-9)
+        self._diffusion: dict[float, Cholesky] = {}
 
     def spread(self, weight: FloatArray, target: FloatArray, *, near: float, fade: FloatArray) -> FloatArray:
         """A field (V, k) near `target` (V, k) where `weight` (V,) in [0, 1] says so.
@@ -47,16 +46,12 @@ class SkinDeformer:
         It keeps to the constraints over lengths of `near` metres and fades out over `fade` (V,) metres.
         """
         import scipy.sparse as sp
-        from scipy.sparse.linalg import splu
 
         pull = weight * self._mass / near**2
-        rough = self._solve(self._stiffness + sp.diags(pull + self._mass / fade**2), pull[:, None] * target, splu)
-        return self._solve(sp.diags(self._mass) + near**2 * self._stiffness, self._mass[:, None] * rough, splu)
-
-    @staticmethod
-    def _solve(system: Any, right: FloatArray, splu: Any) -> FloatArray:
-        factor = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        return np.asarray(factor.solve(np.ascontiguousarray(right)))
+        rough = Cholesky(self._stiffness + sp.diags(pull + self._mass / fade**2)).solve(pull[:, None] * target)
+        if near not in self._diffusion:
+            self._diffusion[near] = Cholesky(sp.diags(self._mass) + near**2 * self._stiffness)
+        return self._diffusion[near].solve(self._mass[:, None] * rough)
 
 
 def pull_to_contour(

@@ -115,6 +115,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         asked = _box_distance(vertices, body_vertices[own]) < limit
         if parts is not None:
             asked |= np.asarray(parts) == present[column]
+        if not asked.any():
+            continue
         cost[asked, column], index = _nearest(vertices[asked], normals[asked], body_vertices[own], body_normals[own], settings)
         best[asked, column] = own[index]
     area, stiffness = vertex_areas(vertices, faces) + 1e-12, laplacian(cotangent_weights(vertices, faces))
@@ -171,7 +173,7 @@ def _nearest(
 def _box_distance(vertices: FloatArray, targets: FloatArray) -> FloatArray:
     """Distance (V,) of `vertices` (V, 3) to the box around `targets` (N, 3): the targets are no nearer."""
     outside = np.maximum(np.maximum(targets.min(axis=0) - vertices, vertices - targets.max(axis=0)), 0)
-    return np.linalg.norm(outside, axis=1)
+    return np.asarray(np.linalg.norm(outside, axis=1))
 
 
 def _where_known(chosen: IntArray, known: IntArray, present: IntArray) -> IntArray:

@@ -68,7 +68,7 @@ def test_far_from_the_surface_distances_are_interpolated() -> None:
     true = np.sqrt(x**2 + y**2 + z**2) - 0.3
     near, far = np.abs(true) < EXACT * grid.cell, np.abs(true) > 9.1 * grid.cell
     assert np.abs(field - true)[near].max() < 0.05 * grid.cell
-    assert np.abs(field - true)[~near & ~far].max() < 0.2 * grid.cell
+    assert np.abs(field - true)[~near & ~far].max() < 0.35 * grid.cell
     np.testing.assert_allclose(np.abs(field[far]), 9 * grid.cell, atol=0.2 * grid.cell)
     assert ((field < 0) == (true < 0))[np.abs(true) > 1e-3].all()
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from functools import lru_cache, partial
 from pathlib import Path
+from types import MappingProxyType
 
 from a2v.studio.index import keep_index
 from a2v.studio.settings import VERSION, StudioSettings
@@ -14,6 +15,11 @@ from a2v.studio.studio import Studio
 from a2v.studio.view import view_path
 from a2v.studio.workers import check_counts, work_through
 from a2v.types import Progress
+
+OLDER: Mapping[str, object] = MappingProxyType(
+    {"people": "avatars", "varied": 0.0, "things": 0.0, "furniture": 0.0, "cut": 0.0, "photographs": 0.0, "backgrounds": ""}
+)
+"""Settings that folders from before them lack, as these were made."""
 
 
 def write_views(
@@ -54,7 +60,7 @@ def write_views(
     settings = settings or StudioSettings()
     folder = Path(folder)
     check_counts(counts, workers)
-    keep_index(folder, settings, VERSION, older={"people": "avatars", "varied": 0.0})
+    keep_index(folder, settings, VERSION, older=OLDER)
     _open_studio(str(folder), str(data), settings)  # makes poses and guides, before workers do
     todo = [(split, index) for split, count in counts.items() for index in range(count) if not view_path(folder, split, index).exists()]
     started = time.perf_counter()

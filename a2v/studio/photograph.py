@@ -11,7 +11,7 @@ import numpy as np
 
 from a2v.geometry.rays import Hits, RayScene, SideView, facing, pixel_rays, scattered
 from a2v.studio.lighting import Light, Shadows, background, cast_shadows, develop, highlights, irradiance
-from a2v.studio.scene import Sitting
+from a2v.studio.stand import Sitting
 from a2v.studio.texture import sample_bilinear, texture_at
 from a2v.studio.view import MAP_SIZE, PHOTO_SIZE
 from a2v.types import ByteArray, FloatArray
@@ -55,7 +55,7 @@ class Lit:
     shadows : (S, S, 1 + lamps) float32
         Shares of the environment's and of each lamp's light that reach what each pixel of the film's map of shadows sees, smoothed.
     gain : (3,) float
-        Linear RGB: the irradiance over pi, mean over the person, after exposure and white balance.
+        Linear RGB: the irradiance over pi, mean over the person and things, after exposure and white balance.
     """
 
     light: Light
@@ -77,12 +77,15 @@ class Photograph:
         Of its JPEG, per cent.
     things : (H, H) uint8
         Where it shows something that is no background and not the person, as `mask`.
+    gain : (3,) float
+        Linear RGB: the irradiance over pi in the photo's numbers, mean over what it shows of the person.
     """
 
     image: ByteArray
     mask: ByteArray
     quality: int
     things: ByteArray
+    gain: FloatArray
 
 
 def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.random.Generator, film: Film = FILM) -> Lit:
@@ -91,10 +94,10 @@ def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.ra
     Parameters
     ----------
     rays : RayScene
-        Of the person.
+        Of the scene.
     scene : Sitting
     fore : SideView
-        The person from the front, ``film.shadows`` pixels a side.
+        The scene from the front, ``film.shadows`` pixels a side.
     generator : numpy Generator
     film : Film
     """
@@ -160,7 +163,7 @@ def photograph_scene(
         whole, own = np.maximum(whole, cover), own * (1 - cover)
     image, quality = develop(picture, generator)
     mask, things = (np.rint(255 * share).astype(np.uint8) for share in (own, np.maximum(whole - own, 0)))
-    return Photograph(image, mask, quality, things)
+    return Photograph(image, mask, quality, things, layer.gain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +171,7 @@ class _Layer:
     """What the camera sees of a scene in a window of the photo.
 
     `rows` and `columns` are the window's; color (h, w, 3) is linear light; coverage and own (h, w) say how much of a pixel the scene
-    covers, and how much of it the person does; feet is the row of the person's lowest point, pixels.
+    covers, and how much of it the person does; feet is the row of the person's lowest point, pixels; gain (3,) is `Photograph.gain`.
     """
 
     rows: slice
@@ -177,6 +180,7 @@ class _Layer:
     coverage: FloatArray
     own: FloatArray
     feet: float
+    gain: FloatArray
 
 
 def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -> _Layer:
@@ -200,6 +204,8 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
     # the factor from irradiance over pi to the photo's numbers: so that the mean over the person is `gain`
     seen = _shade(scene, lit, first, pixels, film)
     factor = lit.gain / np.maximum(seen.irradiance.mean(axis=0), 1e-9)
+    person = scene.is_person(first.face[first.hit])
+    gain = factor * seen.irradiance[person].mean(axis=0) if person.any() and not person.all() else lit.gain
     color = np.zeros((len(pixels), 3), np.float32)
     color[first.hit] = seen.color * factor
     coverage = first.hit.astype(np.float32)
@@ -225,6 +231,7 @@ def _see(rays: RayScene, scene: Sitting, fore: SideView, lit: Lit, film: Film) -
         coverage.reshape(shape),
         own.reshape(shape),
         float(np.clip(feet, 0, size)),
+        gain,
     )
 
 

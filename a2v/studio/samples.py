@@ -12,6 +12,7 @@ from a2v.studio.scene import Scene
 from a2v.studio.settings import StudioSettings
 from a2v.studio.solid import Solid
 from a2v.studio.texture import texture_at
+from a2v.studio.view import PHOTO_SIZE
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 
@@ -28,7 +29,7 @@ class SurfaceSamples:
     colors : (M, 3) uint8
         sRGB: the texture's times the gain.
     visible : (M,) bool
-        Whether the photo's camera sees the point.
+        Whether the photo shows the point: no thing hides it, nor does the border cut it off.
     parts : (M,) int8
         Index into `a2v.body.PARTS`.
     """
@@ -51,7 +52,7 @@ def sample_surface(
     solid : Solid
         Of the scene.
     rays : RayScene
-        Of the person.
+        Of the person, and of the things around.
     gain : (3,) float
         Linear RGB, of the colours.
     count : int
@@ -63,7 +64,9 @@ def sample_surface(
     points, normals = hits.interpolate(surface.vertices, surface.faces), hits.interpolate(scene.normals, surface.faces)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
     albedo = texture_at(surface, face, uv)
-    visible = ~rays.occluded(points + 1.5e-3 * normals, np.array([0, 0, 1], np.float32))
+    pixels = scene.camera.project(points)
+    visible = ((pixels > 0) & (pixels < PHOTO_SIZE)).all(axis=1)
+    visible &= ~rays.occluded(points + 1.5e-3 * normals, np.array([0, 0, 1], np.float32))
     return SurfaceSamples(
         points,
         normals,

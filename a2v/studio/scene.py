@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import lru_cache, partial
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from a2v.body.parts import PARTS
-from a2v.kinematics import rotvec_to_rotmat
-from a2v.studio.avatar_files import load_avatar
 from a2v.studio.avatars import Avatar
 from a2v.studio.frames import MotionFrames
 from a2v.studio.guide import Guide
 from a2v.studio.guide_errors import disturb, girth_errors
 from a2v.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
 from a2v.studio.settings import StudioSettings
-from a2v.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
+from a2v.studio.solid import Solid, caps, open_faces, smooth_normals, weld
 from a2v.studio.stances import draw_stance
-from a2v.studio.variation import Build, Wardrobe, find_clothes, rebuild, recolor
+from a2v.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
+from a2v.studio.things.clutter import NOTHING, Clutter, among
+from a2v.studio.things.framing import LEAST_LEFT, Square, share_left, unhidden
+from a2v.studio.things.solids import Thing
 from a2v.studio.view import PHOTO_SIZE
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
+
+TRIES = 8
+"""At putting things so that enough of the person is left; then there are none."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,44 +38,6 @@ class FaceKinds:
     layered: BoolArray
     shell: BoolArray
     closing: IntArray
-
-
-@dataclass(frozen=True, eq=False)
-class PreparedAvatar:
-    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its vertices (`weld`)."""
-
-    avatar: Avatar
-    clothes: Wardrobe
-    places: IntArray
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Sitting:
-    """A person in the photo's frame, before its camera: all that a photograph shows.
-
-    Attributes
-    ----------
-    surface : Surface
-        The person, textured (albedo), metres.
-    normals : (V, 3) float32
-    camera : OrthographicCamera
-    own : (int, int), optional
-        How many of the first vertices and faces are the person's; the others are things'. All of them where it is None.
-    """
-
-    surface: Surface
-    normals: FloatArray
-    camera: OrthographicCamera
-    own: tuple[int, int] | None = None
-
-    @property
-    def person_vertices(self) -> int:
-        """How many of the first vertices are the person's."""
-        return len(self.surface.vertices) if self.own is None else self.own[0]
-
-    def is_person(self, faces: IntArray) -> BoolArray:
-        """Whether faces, by their numbers (n,), are the person's."""
-        return np.asarray(faces < (len(self.surface.faces) if self.own is None else self.own[1]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -94,6 +60,12 @@ class Scene(Sitting):
         What the person does.
     guide_faces : (F, 3) int
         Of the guide.
+    shown : Sitting, optional
+        The person among things, before the same camera: what the photo shows, where it shows any.
+    clutter : Clutter
+        What was asked to be around the person.
+    around : mapping
+        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and the background is a drawn one.
     """
 
     parts: IntArray
@@ -104,6 +76,9 @@ class Scene(Sitting):
     avatar: str
     pose: str
     guide_faces: IntArray
+    shown: Sitting | None = None
+    clutter: Clutter = NOTHING
+    around: Mapping[str, object] = field(default_factory=dict)
 
     def solid(self) -> Solid:
         """The person as a solid."""
@@ -117,19 +92,6 @@ class Scene(Sitting):
             shell=kinds.shell,
             closing=kinds.closing,
         )
-
-
-@lru_cache(maxsize=2)  # reading an avatar is a part of a view's cost, and successive views show the same one
-def prepare_avatar(path: str) -> PreparedAvatar:
-    """Read an avatar and find its clothes; the last two are kept.
-
-    Raises
-    ------
-    InputError
-        As of `load_avatar`.
-    """
-    avatar = load_avatar(path)
-    return PreparedAvatar(avatar, find_clothes(avatar), weld(avatar.skin(avatar.rest_transforms)))
 
 
 def sort_faces(avatar: Avatar) -> FaceKinds:
@@ -154,78 +116,6 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Outfit:
-    """A person of some build in clothes of some colours.
-
-    Attributes
-    ----------
-    prepared : PreparedAvatar
-        Who it is, as its file has it.
-    build : Build
-    avatar : Avatar
-        With that build.
-    texture : (H, W, 3) uint8
-        Albedo.
-    """
-
-    prepared: PreparedAvatar
-    build: Build
-    avatar: Avatar
-    texture: ByteArray
-
-
-def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Outfit:
-    """Draw a build, then colours and patterns of the clothes."""
-    build = Build.draw(generator)
-    return Outfit(prepared, build, rebuild(prepared.avatar, build), recolor(prepared.avatar.texture, prepared.clothes, generator))
-
-
-@dataclass(frozen=True, eq=False)
-class Stand:
-    """How a posed person stands on the ground before a camera.
-
-    Attributes
-    ----------
-    outfit : Outfit
-    transforms : (B, 4, 4) float
-        World-from-bone of the outfit's avatar.
-    shift : (3,) float
-        From there to the ground, metres.
-    frame : PhotoFrame
-    seen : (V, 3) float64
-        The person's vertices in the frame.
-    """
-
-    outfit: Outfit
-    transforms: FloatArray
-    shift: FloatArray
-    frame: PhotoFrame
-    seen: FloatArray
-
-    def landmarks(self, guide: Guide) -> FloatArray:
-        """The person's landmarks (33, 3) in the frame."""
-        outfit = self.outfit
-        return self.frame.warp(guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms) + self.shift)
-
-
-def stand(
-    outfit: Outfit, pose: Pose, yaw: float, generator: np.random.Generator, *, distance: Sequence[float], height: Sequence[float]
-) -> Stand:
-    """Put a person on the ground, turned by `yaw` degrees about the vertical, and draw a camera.
-
-    Parameters
-    ----------
-    distance, height : 2 float
-        Between which the camera stands, metres: from the person's middle, and over the floor.
-    """
-    transforms = _turn_about_vertical(outfit.avatar.bone_transforms(pose), yaw)
-    person = outfit.avatar.skin(transforms)
-    shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
-    frame = _draw_camera(person + shift, distance, height, generator)
-    return Stand(outfit, transforms, shift, frame, frame.warp(person + shift))
-
-
 def draw_scene(
     prepared: PreparedAvatar,
     faces: FaceKinds,
@@ -237,6 +127,8 @@ def draw_scene(
     stance: str = "",
     frames: MotionFrames | None = None,
     varied: Callable[[np.random.Generator], Pose] | None = None,
+    clutter: Clutter = NOTHING,
+    chance: np.random.Generator | None = None,
 ) -> Scene:
     """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
@@ -251,38 +143,106 @@ def draw_scene(
         Of `STANCES`, instead of the poses of the settings.
     varied
         Draws the poses of ``settings.varied``.
+    clutter, chance
+        What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
-    placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
+    placed = stand(outfit, pose | clutter.grip, yaw, generator, distance=settings.distance, height=settings.height)
     frame, seen = placed.frame, placed.seen
-    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
-    posed = guide.posed(plain, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong)
-    held = frame.warp(posed + placed.shift)
-    held[:, :2] += settings.guide.shift * generator.standard_normal(2)
+    held = _draw_guide(placed, guide, settings, generator)
     # the photo's square around the person, and the guide's idea of the metre
-    least, most = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
-    origin = np.append((least + most) / 2, held[:, 2].mean())
+    setting = _set(placed, settings, clutter, chance)
+    origin = np.append(setting.middle, held[:, 2].mean())
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
-    scale = settings.fill * PHOTO_SIZE / float((most - least).max()) / factor
     vertices = (factor * (seen - origin)).astype(np.float32)
     colors = dataclasses.replace(plain, texture=outfit.texture).vertex_colors()
     made = {"avatar": plain.name, "pose": name, "camera_height": frame.height, "camera_distance": frame.over_floor}
     surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=outfit.texture, provenance=made)
-    return Scene(
+    scene = Scene(
         surface=surface,
         parts=plain.parts,
         normals=smooth_normals(vertices, plain.faces, prepared.places),
         faces=faces,
         guide=(factor * (held - origin)).astype(np.float32),
         landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
-        camera=OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2, center_v=PHOTO_SIZE / 2),
+        camera=_camera(setting.square, origin, factor),
         yaw=float((yaw + 180) % 360 - 180),
         avatar=plain.name,
         pose=name,
         guide_faces=guide.faces,
+        clutter=clutter,
+        around=setting.around(clutter),
     )
+    return _among_things(scene, setting, origin, factor)
+
+
+def _draw_guide(placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator) -> FloatArray:
+    """The guide's vertices (G, 3) in the frame of the person, wrong as fits are."""
+    outfit, frame = placed.outfit, placed.frame
+    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
+    posed = guide.posed(outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong)
+    held = frame.warp(posed + placed.shift)
+    held[:, :2] += settings.guide.shift * generator.standard_normal(2)
+    return held
+
+
+def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
+    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor` metres."""
+    scale = square.fill * PHOTO_SIZE / square.extent / factor
+    right, up = scale * factor * (square.middle - origin[:2])
+    return OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2 - float(right), center_v=PHOTO_SIZE / 2 + float(up))
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """What a photo is of: a square of the frame, and things in the frame with their patterns, if there are any; whether it is cut.
+
+    `middle` (2,) is that of the person's box.
+    """
+
+    middle: FloatArray
+    square: Square
+    things: tuple[Thing, list[ByteArray]] | None = None
+    cut: bool = False
+
+    def around(self, clutter: Clutter) -> dict[str, object]:
+        """See `Scene`."""
+        found: dict[str, object] = {}
+        if self.things is not None:
+            found = {"held": clutter.held.kind if clutter.held else "", "furniture": clutter.furniture}
+        if self.cut:
+            found["cut"] = True
+        return found | ({"photograph": True} if clutter.photographs else {})
+
+
+def _set(placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None) -> _Setting:
+    """Things around a person and the square that is photographed of them, such that enough of the person is left."""
+    avatar, seen = placed.outfit.avatar, placed.seen
+    square = Square.around(seen, settings.fill)
+    alone = _Setting(square.middle, square)
+    whole = chance is None or not chance.random() < settings.cut
+    if chance is None or (whole and clutter.held is None and not clutter.furniture):
+        return alone
+    for _ in range(TRIES):
+        things = clutter.solids(placed, chance)
+        if things is None and (clutter.held is not None or clutter.furniture):
+            continue  # they would reach the camera
+        framed = square if things is None else Square.around(unhidden(seen, things[0], chance), square.fill)
+        framed = framed if whole else framed.cut(chance)
+        if share_left(seen, avatar.faces, things[0] if things else None, framed) >= LEAST_LEFT:
+            return _Setting(square.middle, framed, things, not whole)
+    return alone
+
+
+def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: float) -> Scene:
+    """The scene with the setting's things, whose coordinates become those of `_camera`."""
+    if setting.things is None:
+        return scene
+    thing, patterns = setting.things
+    thing = dataclasses.replace(thing, vertices=factor * (thing.vertices - origin))
+    return dataclasses.replace(scene, shown=among(scene, thing, patterns))
 
 
 def _draw_pose(
@@ -327,15 +287,6 @@ def _common_pose(
     return joint_noise(pose, generator), name
 
 
-def _draw_camera(person: FloatArray, distances: Sequence[float], heights: Sequence[float], generator: np.random.Generator) -> PhotoFrame:
-    """A camera aimed at the middle of a person (V, 3) who stands on the ground; see `stand`."""
-    low, high = person.min(axis=0), person.max(axis=0)
-    # near cameras are as likely as far ones in terms of the perspective that they give
-    nearest, farthest = distances
-    distance = 1 / generator.uniform(1 / farthest, 1 / nearest)
-    return PhotoFrame.looking((low + high) / 2, distance=distance, height=float(generator.uniform(heights[0], heights[1])))
-
-
 _ALIGNED = ("Head", *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")))
 """Bones whose heads a fit lays on the photo's joints."""
 
@@ -349,10 +300,3 @@ def _disturb_in_place(
     gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
     wrong[:, :3, 3] -= gap - (gap @ view) * view
     return wrong
-
-
-def _turn_about_vertical(transforms: FloatArray, yaw: float) -> FloatArray:
-    """World-from-bone transforms (B, 4, 4) of the person turned by `yaw` degrees, positive to the person's left."""
-    whole = np.eye(4)
-    whole[:3, :3] = np.asarray(rotvec_to_rotmat(np.array([0.0, np.radians(yaw), 0.0])))
-    return np.asarray(whole @ transforms)

@@ -45,6 +45,14 @@ class StudioSettings:
         Shares of the two; the rest is uniform in the person's box with a margin of 10 cm.
     same_avatar : int
         Successive views that show one avatar (reading it is a part of the cost).
+    things, furniture : float
+        Shares of people with something in the hands, and with furniture that mostly hides a part of them.
+    cut : float
+        Share of people whom the photo's border cuts.
+    photographs : float
+        Share of people before a photograph instead of a drawn background. With these four at 0 a seed gives what it gave before there were any.
+    backgrounds : str
+        Folder of photographs beside those of scikit-image's wheel; "" for none.
     people : str
         Who is photographed: "avatars", "makehuman" (people drawn and dressed by `a2v.studio.makehuman`), or "both", by turns.
     guide : GuideErrors
@@ -66,12 +74,24 @@ class StudioSettings:
     near_share: float = 0.5
     far_share: float = 0.35
     same_avatar: int = 4
+    things: float = 0.0
+    furniture: float = 0.0
+    cut: float = 0.0
+    photographs: float = 0.0
+    backgrounds: str = ""
     people: str = "avatars"
     guide: GuideErrors = field(default_factory=GuideErrors)
+
+    @property
+    def surrounds(self) -> bool:
+        """Whether anything may be around a person, or cut them."""
+        return any((self.things, self.furniture, self.cut, self.photographs))
 
     def __post_init__(self) -> None:
         if min(self.actions, self.open, self.varied, self.facing) < 0 or max(self.actions + self.open, self.varied, self.facing) > 1:
             raise InputError("shares of poses and of people who face the camera must be from 0 to 1 together")
+        if bad := [name for name in ("things", "furniture", "cut", "photographs") if not 0 <= getattr(self, name) <= 1]:
+            raise InputError(f"{bad[0]} is {getattr(self, bad[0])}; expected a share from 0 to 1")
         if min(self.near_share, self.far_share) < 0 or self.near_share + self.far_share > 1:
             raise InputError("near_share and far_share must be from 0 to 1 together")
         for name, least in (("distance", 1.5), ("height", 0.0)):

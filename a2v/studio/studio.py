@@ -21,14 +21,17 @@ from a2v.studio.avatar_files import list_avatars, load_avatar
 from a2v.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.studio.makehuman.named import LOOKS, named_person
 from a2v.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
-from a2v.studio.photograph import light_scene, photograph_scene
+from a2v.studio.photograph import Photograph, light_scene, photograph_scene
 from a2v.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.studio.quick.bank import PoseBank, open_bank
 from a2v.studio.quick.poses import draw_pose
 from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.samples import sample_space, sample_surface
-from a2v.studio.scene import FaceKinds, Scene, draw_scene, prepare_avatar, sort_faces
+from a2v.studio.scene import FaceKinds, Scene, draw_scene, sort_faces
 from a2v.studio.settings import VERSION, StudioSettings
+from a2v.studio.stand import Sitting, prepare_avatar
+from a2v.studio.things.backgrounds import Backgrounds
+from a2v.studio.things.clutter import Clutter
 from a2v.studio.variation import SPLITS, split_of
 from a2v.studio.view import GUIDE_SIZE, MAP_SIZE, PHOTO_SIZE, View, encode_pictures
 from a2v.types import FloatArray, IntArray, Surface
@@ -73,6 +76,7 @@ class Studio:
         self.library, self.guides, self.settings = library, guides, settings
         self._faces: dict[str, FaceKinds] = {}
         self._dresser, self._data, self._bank = dresser, data, bank
+        self._photographs = Backgrounds(settings.backgrounds) if settings.photographs else None
         self._wardrobes: Wardrobes | None = None
         self._last: tuple[str, Dressed] | None = None
 
@@ -145,8 +149,10 @@ class Studio:
             missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
-        varied = self._varied(split)
-        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=varied)
+        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=self._varied(split))
+        if self.settings.surrounds:
+            chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, 3])
+            draw = partial(draw, clutter=self._clutter(chance), chance=chance)
         if avatar in LOOKS:
             made = self._named_person(avatar)
             return draw(made.prepared, made.faces, made.guide)
@@ -158,6 +164,17 @@ class Studio:
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
         return draw(prepared, self._faces[path.stem], self._guide(path.stem))
+
+    def _clutter(self, generator: np.random.Generator) -> Clutter:
+        """What is around somebody, by the settings' shares."""
+        settings = self.settings
+        return Clutter.draw(
+            generator,
+            things=settings.things,
+            furniture=settings.furniture,
+            photographs=settings.photographs,
+            backgrounds=self._photographs,
+        )
 
     def _named_person(self, name: str) -> Dressed:
         """One of `LOOKS`; the last one is kept."""
@@ -197,17 +214,18 @@ class Studio:
         surface = scene.surface
         rays = RayScene(surface.vertices, surface.faces)
         fore, rear = _see_both_sides(rays, surface.vertices, surface.faces, scene.normals, scene, MAP_SIZE)
-        lit = light_scene(rays, scene, fore, generator)
-        photo = photograph_scene(rays, scene, fore, lit, generator)
+        photo, rays = _photograph(scene, rays, fore, generator, np.random.default_rng([settings.seed, SPLITS.index(split), index, 4]))
         guide = scene.guide, scene.guide_faces
         guide_normals = vertex_normals(*guide).astype(np.float32)
         guide_rays = RayScene(*guide)
         maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}
+        if scene.shown is not None or "cut" in scene.around:
+            maps["things"] = photo.things
         for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, *guide, guide_normals, scene, GUIDE_SIZE))):
             for side, seen in zip(("front", "back"), pair, strict=True):
                 maps |= {f"{start}normals_{side}": _pack(seen.normals), f"{start}depth_{side}": seen.depth}
         solid = scene.solid()
-        on = sample_surface(scene, solid, rays, lit.gain, settings.surface_points, generator)
+        on = sample_surface(scene, solid, rays, photo.gain, settings.surface_points, generator)
         points = sample_space(scene, solid, settings, generator)
         both = np.concatenate([points, on.points])
         guide_distance, guide_at = signed_distance_and_normals(*guide, guide_normals, guide_rays, both)
@@ -228,12 +246,12 @@ class Studio:
             surface_guide_normals=_pack(guide_at[there]),
             guide_vertices=scene.guide,
             avatar=scene.avatar,
-            gain=lit.gain.astype(np.float32),
+            gain=photo.gain.astype(np.float32),
             yaw=scene.yaw,
             seed=settings.seed,
             index=index,
             split=split,
-            provenance={"version": VERSION, "pose": scene.pose},
+            provenance={"version": VERSION, "pose": scene.pose} | ({"around": dict(scene.around)} if scene.around else {}),
         )
 
     def _guide(self, avatar: str) -> Guide:
@@ -243,6 +261,23 @@ class Studio:
                 f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data set's folder to make them anew"
             )
         return self.guides[key]
+
+
+def _photograph(
+    scene: Scene, rays: RayScene, fore: SideView, generator: np.random.Generator, chance: np.random.Generator
+) -> tuple[Photograph, RayScene]:
+    """The photo of a scene, whose person alone is `rays` and from the front `fore`, and the rays of all that it shows.
+
+    `chance` draws a photograph behind, if there is one; all else is drawn from `generator`.
+    """
+    shown: Sitting = scene
+    if scene.shown is not None:
+        shown, surface = scene.shown, scene.shown.surface
+        rays = RayScene(surface.vertices, surface.faces)
+        fore = side_view(rays, surface.vertices, surface.faces, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
+    behind = scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
+    lit = light_scene(rays, shown, fore, generator)
+    return photograph_scene(rays, shown, fore, lit, generator, behind=behind), rays
 
 
 def _see_both_sides(

@@ -27,7 +27,9 @@ _MAPS = {
     "guide_normals_back": (GUIDE_SIZE, np.int8),
     "guide_depth_front": (GUIDE_SIZE, np.float16),
     "guide_depth_back": (GUIDE_SIZE, np.float16),
+    "things": (PHOTO_SIZE, np.uint8),
 }  # side in pixels and type of each map
+_OPTIONAL = "things"
 
 
 def _decode_once(name: str) -> cached_property[np.ndarray]:
@@ -45,13 +47,16 @@ class View(Record):
 
     Pictures are kept encoded (JPEG, PNG) in `encoded` and decoded when they are first asked for, each by the property of its name:
 
-    - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, 255 inside, soft at the rim.
+    - `image` (1024, 1024, 3) uint8 sRGB; `mask` (1024, 1024) uint8, where it shows the person: 255 inside, soft at the rim.
+    - `things` (1024, 1024) uint8, where it shows something else that is no background, as `mask`. A view without this picture (`surrounded`
+      is false) shows the whole person, with nothing before them.
     - `normals_front`, `normals_back` (512, 512, 3) int8, 127 is 1; zero outside. The back is seen through the front: on the same
       pixels, in the same axes.
     - `depth_front`, `depth_back` (512, 512) float16, z in metres; NaN outside. `parts_front` (512, 512) int8, -1 outside.
     - `guide_normals_front`, `guide_normals_back` (256, 256, 3) int8; `guide_depth_front`, `guide_depth_back` (256, 256) float16.
 
-    All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 / s, v = (i + 0.5) 1024 / s.
+    Normals, depths and parts are the whole person's, as if there were no things: `hidden` says where the photo shows something else instead.
+    What its border cuts off is in the samples alone. All maps cover the whole photo; pixel (i, j) of a map of side s is seen at u = (j + 0.5) 1024 / s, v = (i + 0.5) 1024 / s.
 
     Attributes
     ----------
@@ -70,7 +75,7 @@ class View(Record):
     surface_normals : (M, 3) int8, surface_colors : (M, 3) uint8
         Outward normals; sRGB colours: the texture's in the photo's mean light.
     surface_visible : (M,) bool
-        Whether the photo's camera sees the point.
+        Whether the photo shows the point: things may hide it, and the border cut it off.
     surface_parts : (M,) int8
         Index into `a2v.body.PARTS`.
     surface_guide_distance : (M,) float16, surface_guide_normals : (M, 3) int8
@@ -116,7 +121,7 @@ class View(Record):
             "surface_guide_distance": ("M",), "surface_guide_normals": ("M", 3), "guide_vertices": ("G", 3), "gain": (3,),
         }.items():  # fmt: skip
             self._check(name, shape, sizes)
-        if missing := [name for name in ("image", *_MAPS) if name not in self.encoded]:
+        if missing := [name for name in ("image", *_MAPS) if name not in self.encoded and name != _OPTIONAL]:
             raise InputError(f"View has no picture '{missing[0]}'; it has {', '.join(self.encoded) or 'none'}")
 
     def forget_pictures(self) -> None:
@@ -156,6 +161,21 @@ class View(Record):
             raise InputError(f"View: picture '{name}' is damaged; make the view again")
         return np.asarray(found)
 
+    @property
+    def surrounded(self) -> bool:
+        """Whether something may hide the person, or the border cut them."""
+        return _OPTIONAL in self.encoded
+
+    @cached_property
+    def things(self) -> ByteArray:
+        """(1024, 1024) uint8; zeros where nothing is around the person."""
+        return self.map(_OPTIONAL) if self.surrounded else np.zeros((PHOTO_SIZE, PHOTO_SIZE), np.uint8)
+
+    @property
+    def hidden(self) -> BoolArray:
+        """Pixels (512, 512) of the maps at which a thing hides the person, mostly."""
+        return hidden_by(self.things, self.mask, self.depth_front)
+
     mask = _decode_once("mask")
     normals_front = _decode_once("normals_front")
     normals_back = _decode_once("normals_back")
@@ -168,12 +188,27 @@ class View(Record):
     guide_depth_back = _decode_once("guide_depth_back")
 
 
+def hidden_by(things: np.ndarray, mask: np.ndarray, front: FloatArray) -> BoolArray:
+    """Pixels (S, S) at which a photo shows less of a person than of things: of those with a depth `front` (S, S), NaN outside.
+
+    Parameters
+    ----------
+    things, mask : (H, H)
+        How much of a pixel of the photo is theirs; H is a multiple of S.
+    """
+    size = len(front)
+    whole, own = (shares.reshape(size, len(shares) // size, size, -1).sum(axis=(1, 3)) for shares in (things, mask))
+    return np.asarray(np.isfinite(front) & (whole > own))
+
+
 def encode_pictures(image: ByteArray, quality: int, maps: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless)."""
+    """`View.encoded` from a photo, the quality of its JPEG, and the maps (lossless); only `things` may be missing."""
     import cv2
 
     encoded = {"image": cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1]}
     for name, (_, kind) in _MAPS.items():
+        if name == _OPTIONAL and name not in maps:
+            continue
         plain = np.ascontiguousarray(maps[name], kind).view(np.uint16 if kind is np.float16 else np.uint8)
         encoded[name] = cv2.imencode(".png", plain, [cv2.IMWRITE_PNG_COMPRESSION, 2])[1]
     return {name: np.asarray(data, np.uint8).ravel() for name, data in encoded.items()}

@@ -11,6 +11,7 @@ import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.io import read_npz
+from a2v.reconstruction.implicit.framed import framed
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh, guide_input, mask_distance, photo_input, place_of
 from a2v.studio.view import View
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
@@ -28,6 +29,7 @@ class Prepared:
     Attributes
     ----------
     view : View
+        `framed`, if something may hide the person or the border cuts them.
     image : (512, 512, 3) uint8
     mask : (512, 512) uint8
     guide : (10, 256, 256) float16
@@ -105,7 +107,9 @@ class ViewReader:
 def _prepare(path: Path) -> Prepared:
     import cv2
 
-    view = View.load(path)
+    view, guide_faces = View.load(path), _guide_faces(path.parents[2])
+    if view.surrounded:
+        view = framed(view, guide_faces)
     half = (FRAME // 2, FRAME // 2)
     maps = GuideMaps(
         view.guide_depth_front.astype(np.float32),
@@ -125,7 +129,7 @@ def _prepare(path: Path) -> Prepared:
         normals=np.stack([_pooled(channel) for channel in _true_normals(view)]).astype(np.float16),
         depth=depth.astype(np.float16),
         nearest=nearest.astype(np.int16),
-        guide_faces=_guide_faces(path.parents[2]),
+        guide_faces=guide_faces,
     )
     view.forget_pictures()
     return prepared

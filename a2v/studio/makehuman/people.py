@@ -37,8 +37,9 @@ from a2v.studio.makehuman.hm08 import (
     sparse_weights,
     strongest,
 )
-from a2v.studio.scene import FaceKinds, PreparedAvatar, sort_faces
+from a2v.studio.scene import FaceKinds, sort_faces
 from a2v.studio.solid import weld
+from a2v.studio.stand import PreparedAvatar
 from a2v.studio.variation import SPLITS, Wardrobe, paint_faces, sort_clothes
 from a2v.types import ByteArray, FloatArray, IntArray
 

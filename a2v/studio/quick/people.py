@@ -17,13 +17,13 @@ from a2v.studio.avatar_files import list_avatars
 from a2v.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.studio.makehuman.people import Dresser
 from a2v.studio.quick.bank import PoseBank, open_bank
-from a2v.studio.quick.clutter import Clutter, CutOut
 from a2v.studio.quick.photo import places_of, quick_view, softened
 from a2v.studio.quick.poses import draw_pose
 from a2v.studio.quick.settings import BLOCK, OUTFIT, SHARD, QuickSettings
 from a2v.studio.quick.views import QuickShard, QuickView
-from a2v.studio.scene import Outfit, PreparedAvatar, draw_outfit, prepare_avatar
+from a2v.studio.stand import Outfit, PreparedAvatar, draw_outfit, prepare_avatar
 from a2v.studio.things.backgrounds import Backgrounds
+from a2v.studio.things.clutter import Clutter, CutOut
 from a2v.studio.variation import SPLITS, split_of
 from a2v.types import FloatArray, Progress
 
@@ -143,7 +143,7 @@ class QuickStudio:
             studio = copy(self)
             studio.settings = plain
             blocks = [10**6 + 4 * number + at for at in range(4)]
-            cut = [CutOut.of(view) for block in blocks for view in studio.block(split, block, outfits=1)]
+            cut = [CutOut.of(view.image, view.mask) for block in blocks for view in studio.block(split, block, outfits=1)]
             self._crowd = (split, number), cut
         return self._crowd[1]
 
@@ -151,12 +151,19 @@ class QuickStudio:
         self, split: str, outfit: Outfit, guide: Guide, places: FloatArray, others: Sequence[CutOut], generator: np.random.Generator
     ) -> QuickView:
         """A view that shows enough of the person."""
+        settings = self.settings
         for _ in range(TRIES):
-            pose = draw_pose(self.bank, split, self.settings, generator)
-            clutter = Clutter.draw(self.settings, others, self._photographs, generator)
-            if clutter.held is not None:
-                pose |= clutter.held.pose
-            made = quick_view(outfit, guide, places, pose, self.settings, generator, clutter)
+            pose = draw_pose(self.bank, split, settings, generator)
+            clutter = Clutter.draw(
+                generator,
+                things=settings.things,
+                furniture=settings.furniture,
+                others=settings.others,
+                people=others,
+                photographs=settings.photographs,
+                backgrounds=self._photographs,
+            )
+            made = quick_view(outfit, guide, places, pose | clutter.grip, settings, generator, clutter)
             if made is not None:
                 return made
         raise InputError(f"{outfit.avatar.name} is hardly seen in {TRIES} pictures; remove the avatar's file if it is broken")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -12,22 +12,18 @@ from a2v.geometry.rays import Hits, RayScene, SideView, side_view
 from a2v.studio.guide import Guide
 from a2v.studio.photograph import Film, light_scene, photograph_scene
 from a2v.studio.posing import Pose
-from a2v.studio.quick.clutter import Clutter
 from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.quick.views import MAP, PHOTO, QuickView
-from a2v.studio.scene import Outfit, PreparedAvatar, Sitting, Stand, stand
 from a2v.studio.solid import smooth_normals
-from a2v.studio.things.solids import Thing, with_thing
+from a2v.studio.stand import Outfit, PreparedAvatar, Sitting, Stand, stand
+from a2v.studio.things.clutter import NOTHING, Clutter, among
+from a2v.studio.things.framing import LEAST_LEFT, Square, unhidden
 from a2v.studio.variation import Build
 from a2v.types import ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
 
 FILM = Film(size=PHOTO, shadows=128, rays=4, lamp_rays=2, blur=0.8, lamp_blur=0.8)
 LEAST_SEEN = 0.03
 """Of the shadows' pixels that must see the person: less is no picture of anybody."""
-LEAST_LEFT = 0.4
-"""Of the pixels that would see the person without things, the share that still must."""
-
-NOTHING = Clutter()
 
 
 def softened(texture: ByteArray) -> ByteArray:
@@ -70,9 +66,9 @@ def quick_view(
     yaw = float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
     placed = stand(outfit, pose, yaw, generator, distance=settings.distance, height=settings.height)
     solids = clutter.solids(placed, generator)
-    framed = placed.seen if solids is None else _framed(placed.seen, solids[0], generator)
-    middle, side = _draw_square(framed, settings, generator)
-    origin = np.append(middle, placed.seen[:, 2].mean())
+    framed = placed.seen if solids is None else unhidden(placed.seen, solids[0], generator)
+    square = _draw_square(framed, settings, generator)
+    origin, side = np.append(square.middle, placed.seen[:, 2].mean()), square.side
     alone = _sit(placed, origin, side)
     bare = RayScene(alone.surface.vertices, alone.surface.faces)
     rays, sitting, seen = bare, alone, _see(bare, alone, FILM.shadows)
@@ -80,7 +76,7 @@ def quick_view(
     if person.mean() < LEAST_SEEN:
         return None
     if solids is not None:
-        sitting = _among(alone, solids[0].moved(-origin), solids[1])
+        sitting = among(alone, solids[0].moved(-origin), solids[1])
         rays = RayScene(sitting.surface.vertices, sitting.surface.faces)
         seen = _see(rays, sitting, FILM.shadows)
         left = seen.hits.hit & sitting.is_person(seen.hits.face)
@@ -88,7 +84,7 @@ def quick_view(
             return None
     lit = light_scene(rays, sitting, seen, generator, FILM)
     feet = float(np.clip(np.ceil(alone.camera.project(alone.surface.vertices)[:, 1].max()) + 2, 0, PHOTO))
-    behind, before = clutter.around(feet, person.reshape(FILM.shadows, FILM.shadows), generator)
+    behind, before = clutter.around(PHOTO, feet, person.reshape(FILM.shadows, FILM.shadows), generator)
     photo = photograph_scene(rays, sitting, seen, lit, generator, FILM, behind=behind, before=before)
     fore, rear = _see(bare, alone, MAP), _see(bare, alone, MAP, -1)
     marks = placed.landmarks(guide) - origin
@@ -111,34 +107,11 @@ def _see(rays: RayScene, scene: Sitting, size: int, side: int = 1) -> SideView:
     return side_view(rays, surface.vertices, surface.faces, scene.normals, scene.camera, PHOTO, size, side)
 
 
-def _among(alone: Sitting, thing: Thing, patterns: Sequence[ByteArray]) -> Sitting:
-    """A person among things in the same frame."""
-    surface, normals = with_thing(alone.surface, alone.normals, thing, patterns)
-    return Sitting(surface=surface, normals=normals, camera=alone.camera, own=(len(alone.surface.vertices), len(alone.surface.faces)))
-
-
-def _framed(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> FloatArray:
-    """What of a person's vertices (V, 3) in the frame the picture is drawn around: all, or every other time those that a thing does not hide.
-
-    Who asks the network knows the mask alone (`a2v.perception.bodymap`).
-    """
-    if generator.random() < 0.5:
-        return seen
-    some = seen[::5]
-    free = some[~RayScene(thing.vertices, thing.faces).occluded(some.astype(np.float32), np.array([0, 0, 1], np.float32))]
-    return free if len(free) > LEAST_LEFT * len(some) else seen
-
-
-def _draw_square(seen: FloatArray, settings: QuickSettings, generator: np.random.Generator) -> tuple[FloatArray, float]:
-    """Middle (2,) and side, metres, of the square that is photographed of a person's vertices (V, 3) in the frame."""
-    low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
-    extent, (least, most) = float((high - low).max()), settings.fill
-    fill = float(generator.uniform(least, most))
-    middle = (low + high) / 2 + extent * settings.shift * generator.standard_normal(2)
-    if generator.random() < settings.cut:
-        fill *= float(generator.uniform(1.1, 1.5))
-        middle = middle + extent * generator.uniform(-0.2, 0.2, 2)
-    return middle, extent / fill
+def _draw_square(seen: FloatArray, settings: QuickSettings, generator: np.random.Generator) -> Square:
+    """The square that is photographed of a person's vertices (V, 3) in the frame."""
+    square = Square.around(seen, float(generator.uniform(settings.fill[0], settings.fill[1])))
+    square = replace(square, middle=square.middle + square.extent * settings.shift * generator.standard_normal(2))
+    return square.cut(generator) if generator.random() < settings.cut else square
 
 
 def _sit(placed: Stand, origin: FloatArray, side: float) -> Sitting:

@@ -12,6 +12,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.record import Record
+from a2v.studio.view import hidden_by
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 PHOTO, MAP = 256, 64
@@ -58,10 +59,7 @@ class QuickView:
     @property
     def hidden(self) -> BoolArray:
         """Pixels (64, 64) of the maps at which a thing hides the person, mostly."""
-        step = PHOTO // MAP
-        whole = self.things.reshape(MAP, step, MAP, step).sum(axis=(1, 3))
-        own = self.mask.reshape(MAP, step, MAP, step).sum(axis=(1, 3))
-        return np.asarray(np.isfinite(self.front) & (whole > own))
+        return hidden_by(self.things, self.mask, self.front)
 
     @cached_property
     def image(self) -> ByteArray:

@@ -14,15 +14,14 @@ from a2v.io import write_npz
 from a2v.studio.avatars import Avatar
 from a2v.studio.guide import Guide, guide_key, stack_guides
 from a2v.studio.quick.bank import make_pose_bank
-from a2v.studio.quick.clutter import Clutter, CutOut
 from a2v.studio.quick.people import QuickStudio
-from a2v.studio.quick.photo import _framed, places_of, quick_view, softened
+from a2v.studio.quick.photo import places_of, quick_view, softened
 from a2v.studio.quick.settings import QuickSettings
 from a2v.studio.quick.views import MAP, QuickShard, QuickView
-from a2v.studio.scene import PreparedAvatar, draw_outfit, prepare_avatar
 from a2v.studio.stances import draw_stance
+from a2v.studio.stand import PreparedAvatar, draw_outfit, prepare_avatar
 from a2v.studio.things.backgrounds import Backgrounds
-from a2v.studio.things.solids import box
+from a2v.studio.things.clutter import NOTHING, Clutter, CutOut
 
 PLAIN = QuickSettings(people="avatars", cut=0.0, shift=0.0, fill=(0.8, 0.8), things=0.0, furniture=0.0, others=0.0, photographs=0.0)
 
@@ -73,18 +72,9 @@ def test_furniture_hides_and_the_truth_stays(prepared: PreparedAvatar, guide: Gu
     assert max(among[scale].hidden.sum() for scale in both) > 50
 
 
-def test_half_of_the_pictures_are_framed_by_what_is_seen() -> None:
-    seen = np.stack(np.meshgrid(np.linspace(-0.3, 0.3, 9), np.linspace(0, 1.7, 60), [0.0]), axis=-1).reshape(-1, 3)
-    table, wall = box(3, 1.2, 0.1).moved([0, 0, 1.0]), box(3, 5, 0.1).moved([0, 0, 1.0])
-    low = [_framed(seen, table, np.random.default_rng(seed))[:, 1].min() for seed in range(60)]
-    assert set(np.round(low, 1)) == {0.0, 0.6}
-    assert 0.3 < np.mean(np.array(low) > 0.5) < 0.7
-    assert all(len(_framed(seen, wall, np.random.default_rng(seed))) == len(seen) for seed in range(6))
-
-
 def test_others_hide_in_front_and_show_behind(prepared: PreparedAvatar, guide: Guide) -> None:
     plain = views(prepared, guide, Clutter(), 1)
-    people = [CutOut.of(view) for view in plain]
+    people = [CutOut.of(view.image, view.mask) for view in plain]
     assert all(0.2 < one.alpha.mean() < 0.9 for one in people)
     bare, crowded = by_size(plain), by_size(views(prepared, guide, Clutter(others=people[:3]), 1))
     assert bare.keys() == crowded.keys()
@@ -109,15 +99,15 @@ def test_a_photograph_replaces_the_drawn_background_alone(prepared: PreparedAvat
 
 
 def test_shares_are_drawn_and_none_draws_nothing() -> None:
-    everything = replace(PLAIN, things=1.0, furniture=1.0, others=1.0, photographs=1.0)
     somebody = CutOut(np.zeros((9, 5, 3), np.float32), np.ones((9, 5), np.float32))
-    clutter = Clutter.draw(everything, [somebody], Backgrounds(), np.random.default_rng(0))
+    given = {"people": [somebody], "backgrounds": Backgrounds()}
+    clutter = Clutter.draw(np.random.default_rng(0), things=1.0, furniture=1.0, others=1.0, photographs=1.0, **given)
     assert clutter.held is not None
     assert clutter.furniture
     assert clutter.others
     assert clutter.photographs is not None
     generator = np.random.default_rng(0)
-    assert vars(Clutter.draw(PLAIN, [somebody], Backgrounds(), generator)) == vars(Clutter())
+    assert vars(Clutter.draw(generator, **given)) == vars(NOTHING)
     assert generator.random() == np.random.default_rng(0).random()  # so that a seed gives what it gave before there were things
     with pytest.raises(InputError, match="things is 2"):
         QuickSettings(things=2)

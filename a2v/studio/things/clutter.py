@@ -1,4 +1,4 @@
-"""What else quick views show: things in the person's hands, furniture, other people, and photographs behind."""
+"""What else views show: things in the person's hands, furniture, other people, and photographs behind."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ import numpy as np
 from a2v.geometry.colors import srgb_to_linear
 from a2v.studio.avatars import Avatar
 from a2v.studio.lighting import background
-from a2v.studio.quick.settings import QuickSettings
-from a2v.studio.quick.views import PHOTO, QuickView
-from a2v.studio.scene import Stand
+from a2v.studio.posing import Pose
+from a2v.studio.stand import Sitting, Stand
 from a2v.studio.things.backgrounds import Backgrounds
 from a2v.studio.things.furniture import Body, draw_furniture
 from a2v.studio.things.held import Held, draw_held
 from a2v.studio.things.paint import draw_patterns
-from a2v.studio.things.solids import Thing, joined
+from a2v.studio.things.solids import Thing, joined, with_thing
 from a2v.types import BoolArray, ByteArray, FloatArray
 
 PATTERNS = 4
@@ -37,13 +36,13 @@ class CutOut:
     alpha: FloatArray
 
     @classmethod
-    def of(cls, view: QuickView) -> CutOut:
-        """The person of a view, without the rim."""
-        rows, columns = np.nonzero(view.mask)
+    def of(cls, image: ByteArray, mask: BoolArray) -> CutOut:
+        """The person of a picture, sRGB (H, W, 3), without the rim."""
+        rows, columns = np.nonzero(mask)
         box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
-        thin = cv2.erode(view.mask[box].astype(np.uint8), np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=1)
+        thin = cv2.erode(mask[box].astype(np.uint8), np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=1)
         alpha = cv2.GaussianBlur(thin.astype(np.float32), (0, 0), 0.6)
-        return cls(srgb_to_linear(view.image[box].astype(np.float32) / 255).astype(np.float32), alpha)
+        return cls(srgb_to_linear(image[box].astype(np.float32) / 255).astype(np.float32), alpha)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,19 +68,32 @@ class Clutter:
 
     @classmethod
     def draw(
-        cls, settings: QuickSettings, people: Sequence[CutOut], photographs: Backgrounds | None, generator: np.random.Generator
+        cls,
+        generator: np.random.Generator,
+        *,
+        things: float = 0.0,
+        furniture: float = 0.0,
+        others: float = 0.0,
+        people: Sequence[CutOut] = (),
+        photographs: float = 0.0,
+        backgrounds: Backgrounds | None = None,
     ) -> Clutter:
-        """Anything of it, by the shares of the settings; shares of 0 draw no number."""
+        """Anything of it, by these shares; shares of 0 draw no number. Others are of `people`, photographs of `backgrounds`."""
 
         def happens(share: float) -> bool:
             return share > 0 and bool(generator.random() < share)
 
-        held = draw_held(generator) if happens(settings.things) else None
-        furniture = happens(settings.furniture)
-        others: Sequence[CutOut] = ()
-        if people and happens(settings.others):
-            others = [people[int(at)] for at in generator.integers(len(people), size=int(generator.integers(1, 4)))]
-        return cls(held, furniture, others, photographs if photographs and happens(settings.photographs) else None)
+        held = draw_held(generator) if happens(things) else None
+        seat = happens(furniture)
+        beside: Sequence[CutOut] = ()
+        if people and happens(others):
+            beside = [people[int(at)] for at in generator.integers(len(people), size=int(generator.integers(1, 4)))]
+        return cls(held, seat, beside, backgrounds if backgrounds and happens(photographs) else None)
+
+    @property
+    def grip(self) -> Pose:
+        """Fingers, and arms, that hold what is in the hands: they replace the pose's."""
+        return self.held.pose if self.held is not None else {}
 
     def solids(self, placed: Stand, generator: np.random.Generator) -> tuple[Thing, list[ByteArray]] | None:
         """Things in the photo's frame, with their patterns; None for none, or where they would reach the camera."""
@@ -104,11 +116,15 @@ class Clutter:
             return None
         return Thing(frame.warp(whole.vertices), whole.faces, whole.uv, whole.patterns), patterns
 
-    def around(self, feet: float, person: BoolArray, generator: np.random.Generator) -> tuple[FloatArray | None, FloatArray | None]:
+    def around(
+        self, size: int, feet: float, person: BoolArray, generator: np.random.Generator
+    ) -> tuple[FloatArray | None, FloatArray | None]:
         """The background (H, H, 3) and what is before everything (H, H, 4), linear light; None where there is nothing special.
 
         Parameters
         ----------
+        size : int
+            Side of the picture, pixels.
         feet : float
             Row of the person's feet, pixels.
         person : (S, S) bool
@@ -116,20 +132,20 @@ class Clutter:
         """
         if self.photographs is None and not self.others:
             return None, None
-        picture = background(PHOTO, feet, generator) if self.photographs is None else self.photographs.draw(PHOTO, generator)
+        picture = background(size, feet, generator) if self.photographs is None else self.photographs.draw(size, generator)
         if not self.others:
             return picture, None
-        front = np.zeros((PHOTO, PHOTO, 4), np.float32)
-        rows, columns = np.nonzero(cv2.resize(person.astype(np.uint8), (PHOTO, PHOTO), interpolation=cv2.INTER_NEAREST))
-        tall, covered = float(np.ptp(rows)), np.zeros((PHOTO, PHOTO), np.float32)
+        front = np.zeros((size, size, 4), np.float32)
+        rows, columns = np.nonzero(cv2.resize(person.astype(np.uint8), (size, size), interpolation=cv2.INTER_NEAREST))
+        tall, covered = float(np.ptp(rows)), np.zeros((size, size), np.float32)
         covered[rows, columns] = 1
-        picture = np.concatenate([picture, np.ones((PHOTO, PHOTO, 1), np.float32)], axis=-1).astype(np.float32)
+        picture = np.concatenate([picture, np.ones((size, size, 1), np.float32)], axis=-1).astype(np.float32)
         for other in self.others:
             nearer = bool(generator.random() < 0.5)
             height = tall * generator.uniform(0.9, 1.7) if nearer else tall * generator.uniform(0.45, 1.0)
             middle = columns.mean() + generator.choice([-1, 1]) * generator.uniform(0.15, 0.8) * tall * (0.7 if nearer else 1.0)
             foot = feet + (generator.uniform(0.0, 0.9) * height * 0.5 if nearer else -generator.uniform(0, 0.15) * tall)
-            layer = _laid(other, height, float(middle), float(foot), generator)
+            layer = _laid(other, size, height, float(middle), float(foot), generator)
             hides = float((np.maximum(layer[..., 3], front[..., 3]) * covered).sum()) / max(float(covered.sum()), 1.0)
             if nearer and hides < _MOST_HIDDEN:
                 front = _over(layer, front)
@@ -138,7 +154,16 @@ class Clutter:
         return picture[..., :3], front if front[..., 3].any() else None
 
 
-def _laid(other: CutOut, height: float, middle: float, foot: float, generator: np.random.Generator) -> FloatArray:
+NOTHING = Clutter()
+
+
+def among(alone: Sitting, thing: Thing, patterns: Sequence[ByteArray]) -> Sitting:
+    """A person among things in the same frame."""
+    surface, normals = with_thing(alone.surface, alone.normals, thing, patterns)
+    return Sitting(surface=surface, normals=normals, camera=alone.camera, own=(len(alone.surface.vertices), len(alone.surface.faces)))
+
+
+def _laid(other: CutOut, size: int, height: float, middle: float, foot: float, generator: np.random.Generator) -> FloatArray:
     """Somebody on an empty picture (H, H, 4), so many pixels tall, in the column `middle`, with the feet in the row `foot`."""
     scale = height / other.alpha.shape[0]
     shift = np.array([middle - scale * other.alpha.shape[1] / 2, foot - height])
@@ -148,7 +173,7 @@ def _laid(other: CutOut, height: float, middle: float, foot: float, generator: n
         source = source[:, ::-1]
     if scale < 0.7:  # shrunk without stairs
         source = cv2.GaussianBlur(source, (0, 0), 0.4 / scale)
-    return np.asarray(cv2.warpAffine(np.ascontiguousarray(source, np.float32), matrix, (PHOTO, PHOTO), flags=cv2.INTER_LINEAR))
+    return np.asarray(cv2.warpAffine(np.ascontiguousarray(source, np.float32), matrix, (size, size), flags=cv2.INTER_LINEAR))
 
 
 def _over(layer: FloatArray, picture: FloatArray) -> FloatArray:

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from a2v.errors import InputError
-from a2v.studio.dataset import write_views
-from a2v.studio.settings import StudioSettings
+from a2v.studio.dataset import OLDER, write_views
+from a2v.studio.index import keep_index
+from a2v.studio.settings import VERSION, StudioSettings
 from a2v.studio.view import View, list_views, view_path
 
 
@@ -43,3 +44,13 @@ def test_a_data_set_is_resumed_and_never_mixed(folder: Path, data: Path, capsys:
 def test_bad_settings_are_refused(bad: dict) -> None:  # type: ignore[type-arg]
     with pytest.raises(InputError):
         StudioSettings(**bad)
+
+
+def test_folders_from_before_there_were_things_go_on(tmp_path: Path) -> None:
+    keep_index(tmp_path, StudioSettings(), VERSION)
+    index = json.loads((tmp_path / "index.json").read_text())
+    index["settings"] = {name: value for name, value in index["settings"].items() if name not in OLDER}
+    (tmp_path / "index.json").write_text(json.dumps(index))
+    keep_index(tmp_path, StudioSettings(), VERSION, older=OLDER)
+    with pytest.raises(InputError, match="other settings"):
+        keep_index(tmp_path, StudioSettings(furniture=0.1), VERSION, older=OLDER)

@@ -10,7 +10,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas, vertex_normals
-from a2v.types import Body, Character, FloatArray, IntArray, Surface
+from a2v.types import Body, BoolArray, Character, FloatArray, IntArray, Surface
 
 _SHARPNESS = 0.01
 """Metres of cost that make a body part e times less likely."""
@@ -108,17 +108,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     if float(np.median(tree_distance)) > 0.5:
         raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
     present = np.unique(body.parts.astype(np.int64))
-    members = [np.flatnonzero(body.parts == part) for part in present]
-    cost, best = np.full((len(vertices), len(present)), np.inf), np.zeros((len(vertices), len(present)), np.int64)
-    limit = tree_distance + settings.normal_weight + _NEVER
-    for column, own in enumerate(members):
-        asked = _box_distance(vertices, body_vertices[own]) < limit
-        if parts is not None:
-            asked |= np.asarray(parts) == present[column]
-        if not asked.any():
-            continue
-        cost[asked, column], index = _nearest(vertices[asked], normals[asked], body_vertices[own], body_normals[own], settings)
-        best[asked, column] = own[index]
+    asked = np.zeros((len(vertices), len(present)), bool) if parts is None else np.asarray(parts)[:, None] == present
+    cost, best = _of_each_part(vertices, normals, body, body_normals, tree_distance, asked, settings)
     area, stiffness = vertex_areas(vertices, faces) + 1e-12, laplacian(cotangent_weights(vertices, faces))
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
@@ -154,6 +145,31 @@ def _with_twins(character: Character, own: IntArray, twins: IntArray) -> Charact
     weights[own], bones[own] = _four_largest(body.weights[twins])
     anchors[own], parts[own] = twins, body.parts[twins]
     return dataclasses.replace(character, weights=weights, bones=bones, anchors=anchors, parts=parts)
+
+
+def _of_each_part(
+    vertices: FloatArray,
+    normals: FloatArray,
+    body: Body,
+    body_normals: FloatArray,
+    distance: FloatArray,
+    asked: BoolArray,
+    settings: BindSettings,
+) -> tuple[FloatArray, IntArray]:
+    """Of each of the body's P parts the cheapest vertex for each of `vertices` (V, 3): its cost (V, P), metres, and the vertex (V, P).
+
+    `distance` (V,) is that of the nearest vertex of all. Parts that are too far away to be chosen cost infinitely much, unless `asked` (V, P).
+    """
+    targets = body.vertices.astype(np.float64)
+    cost, best = np.full(asked.shape, np.inf), np.zeros(asked.shape, np.int64)
+    limit = distance + settings.normal_weight + _NEVER
+    for column, part in enumerate(np.unique(body.parts)):
+        own = np.flatnonzero(body.parts == part)
+        rows = np.flatnonzero(asked[:, column] | (_box_distance(vertices, targets[own]) < limit))
+        if len(rows):
+            cost[rows, column], index = _nearest(vertices[rows], normals[rows], targets[own], body_normals[own], settings)
+            best[rows, column] = own[index]
+    return cost, best
 
 
 def _nearest(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ from a2v.types import Body, FloatArray, IntArray, OrthographicCamera, Progress, 
 
 MARGIN = 0.08
 """Clothes and hair reach at most this far beyond the body and the mask, metres."""
+COARSER = 0.8
+"""The body is dressed on a grid of so many times the surface's cells: as good for a shell, and a second faster."""
 RIM = 0.004
 """So near to the mask's contour, metres, the surface is not smoothed: the silhouette stays what it is."""
 
@@ -109,8 +112,10 @@ def implicit_surface(
     person = model.see(subject, body, camera)
     low, high = person_box(body.vertices, person.frame.mask > 0.5, person.frame.camera)
     bounds = np.stack([low - MARGIN, high + MARGIN])
-    levels = rim_levels(person, bounds)
-    limits = _limits(person, subject, body, camera, settings) if settings.limits else None
+    with ThreadPoolExecutor(1) as beside:  # the networks at the rim, and meanwhile the shell
+        rim = beside.submit(rim_levels, person, bounds)
+        limits = _limits(person, subject, body, camera, settings) if settings.limits else None
+        levels = rim.result()
     vertices, faces = _shape(person, bounds, levels, limits, settings, progress)
     colors = person.colors(vertices, vertex_normals(vertices, faces))
     return Surface(
@@ -127,9 +132,9 @@ def implicit_surface(
 
 
 def _limits(person: ImplicitPerson, subject: Subject, body: Body, camera: OrthographicCamera, settings: ImplicitSettings) -> ShellLimits:
-    """The shell around the body, dressed on a grid as fine as the surface's: where the maps have it, its fingers bent as the photo shows them."""
+    """The shell around the body, dressed where the maps have it, its fingers bent as the photo shows them."""
     placed = moved_body(person, bend_fingers(body, subject, camera))
-    cells = SurfaceSettings(resolution=settings.resolution)
+    cells = SurfaceSettings(resolution=max(200, round(COARSER * settings.resolution)))
     return ShellLimits.of(person, dress(subject, placed, camera, settings=cells, reach=BAND))
 
 

@@ -114,7 +114,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     chosen = _choose_parts(cost, area, stiffness, settings)
     if parts is not None:
         chosen = _where_known(chosen, np.asarray(parts), present)
-    anchors, price = (np.take_along_axis(table, chosen[:, None], axis=1)[:, 0] for table in (best, cost))
+    rows = np.arange(len(vertices))
+    anchors, price = best[rows, chosen], cost[rows, chosen]
     weights, bones = _skin(anchors, price, normals, body_normals, tree_distance, body, area, stiffness, settings)
     bound = Character(
         surface=surface,

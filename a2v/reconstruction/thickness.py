@@ -6,8 +6,6 @@ pixels at which a surface is deeper than that *and* than the fitted body.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from a2v.body.skin import outer_skin
@@ -50,23 +48,14 @@ def _distance_to(known: BoolArray) -> FloatArray:
     return np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
 
 
-@dataclass(frozen=True, eq=False)
-class Layers:
-    """What rays along -z meet of a closed mesh: the longest way within it (n,), metres, and the ends (z) of the frontmost one; 0 and NaN for none."""
-
-    longest: FloatArray
-    front: FloatArray
-    back: FloatArray
-
-
-def see_layers(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray) -> Layers:
-    """`Layers` of a closed mesh, vertices (V, 3) and faces (F, 3), at pixels (n, 2) of `camera`."""
+def longest_ways(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, pixels: FloatArray) -> FloatArray:
+    """The longest way (n,), metres, within a closed mesh, vertices (V, 3) and faces (F, 3), along -z at pixels (n, 2) of `camera`; 0 for none."""
     far = float(vertices[:, 2].max()) + 1
     ray, way, entering = RayScene(vertices, faces).passages(
         pixel_rays(camera, pixels, far), np.array([0, 0, -1], np.float32), face_normals(vertices, faces)
     )
     count = len(pixels)
-    longest, front, back = np.zeros(count, np.float32), np.full(count, np.nan, np.float32), np.full(count, np.nan, np.float32)
+    longest = np.zeros(count, np.float32)
     order = np.lexsort((way, ray))
     ray, way, step = ray[order], way[order], np.where(entering[order], 1, -1)
     # rays that graze an edge do not come out of what they went into: nothing is known of them
@@ -79,9 +68,7 @@ def see_layers(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera
     ray, way, step, within = (values[whole[ray]] for values in (ray, way, step, within))
     into, out = np.flatnonzero((within == 1) & (step == 1)), np.flatnonzero((within == 0) & (step == -1))
     np.maximum.at(longest, ray[into], way[out] - way[into])
-    first = np.flatnonzero(np.r_[True, ray[into][1:] != ray[into][:-1]]) if len(into) else into
-    front[ray[into[first]]], back[ray[into[first]]] = far - way[into[first]], far - way[out[first]]
-    return Layers(longest, front, back)
+    return longest
 
 
 def slab_share(surface: Surface, body: Body, camera: OrthographicCamera, mask: FloatArray, size: int = 256) -> float:
@@ -113,7 +100,7 @@ def slab_share(surface: Surface, body: Body, camera: OrthographicCamera, mask: F
     inside = sample_image(mask, pixels.reshape(-1, 2), linear=True).reshape(pixels.shape[:2]) > 0.5
     asked = pixels[inside] + 0.0137 * step  # along no edge of a regular grid
     skin, skin_faces, _ = outer_skin(body)
-    own = see_layers(surface.vertices.astype(np.float64), surface.faces, camera, asked).longest
-    held = see_layers(skin, skin_faces, camera, asked).longest
+    own = longest_ways(surface.vertices.astype(np.float64), surface.faces, camera, asked)
+    held = longest_ways(skin, skin_faces, camera, asked)
     width = 2 * local_radius(inside)[inside] * step / camera.scale
     return float((own > THICK * np.maximum(np.maximum(width, held), THIN)).mean())

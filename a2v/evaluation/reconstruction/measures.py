@@ -17,7 +17,7 @@ from a2v.evaluation.reconstruction.maps import surface_maps, to_true_frame
 from a2v.evaluation.reconstruction.settings import BenchmarkSettings
 from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
-from a2v.reconstruction.thickness import THICK, THIN, see_layers
+from a2v.reconstruction.thickness import THICK, THIN, longest_ways
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 ASIDE = 0.01
@@ -100,7 +100,7 @@ class Truth:
         step = max(self.photo) / self.settings.size
         rows, columns = (np.arange(max(1, round(length / step))) + 0.5 for length in self.photo)
         pixels = np.stack(np.meshgrid(columns * step, rows * step), axis=-1) + 0.0137 * step  # along no edge
-        own = see_layers(surface.vertices.astype(np.float64), surface.faces, self.case.camera, pixels.reshape(-1, 2)).longest
+        own = longest_ways(surface.vertices.astype(np.float64), surface.faces, self.case.camera, pixels.reshape(-1, 2))
         real = self.sides[0].depth - self.sides[1].depth
         both = np.isfinite(real) & (own.reshape(real.shape) > 0)
         reach = round(aside * self.case.camera.scale / step)

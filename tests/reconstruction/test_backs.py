@@ -13,6 +13,8 @@ from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.backs import KINDS, Continuation, Seen, continue_photo, label_surface, seen_before
 from a2v.reconstruction.backs.frames import unrolling
+from a2v.reconstruction.backs.labels import HAIR, loose_hair
+from a2v.reconstruction.backs.labels import SKIN as SKIN_LABEL
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -163,3 +165,24 @@ def test_a_limb_is_seen_before_its_own_back(name: str) -> None:
     spread = np.repeat(pixels, 30, axis=0) + np.linspace(0, 0.1, 90)[:, None]
     known = np.arange(90) < 60
     assert (seen_before(spread, known, parts)[60:] < 30).all()
+
+
+def test_a_tuft_behind_is_no_hair_but_the_crown_and_a_beard_are() -> None:
+    rng = np.random.default_rng(0)
+    vertices = rng.standard_normal((6000, 3))
+    vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)
+    known = vertices[:, 2] > 0.01
+    crown, tuft, beard = vertices[:, 1] > 0.05, (vertices[:, 2] < -0.09), (vertices[:, 1] < -0.06) & known
+    seen = Seen(
+        vertices=vertices,
+        colors=np.full((len(vertices), 3), 0.5),
+        known=known,
+        parts=np.full(len(vertices), PARTS.index("head")),
+        front=np.arange(len(vertices)),
+        neighbors=cKDTree(vertices).query(vertices, 7)[1][:, 1:],
+        skin=None,
+        face=np.zeros(len(vertices), bool),
+    )
+    labels = np.where(crown | tuft | beard, HAIR, SKIN_LABEL)
+    np.testing.assert_array_equal(loose_hair(seen, labels), tuft)
+    assert not loose_hair(seen, np.where(crown | (vertices[:, 2] < -0.05), HAIR, SKIN_LABEL)).any()  # as large as a crown: long hair

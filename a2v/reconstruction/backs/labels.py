@@ -29,6 +29,8 @@ _HUE = np.array([0.3, 1.0, 1.0])
 """The same for skin, which has every shade between light and shadow."""
 HANGING = 0.3
 """Hair hangs at most so far from the head, metres."""
+TUFT = 0.2
+"""Hair of which the photo shows nothing is at least so large a share of the largest piece."""
 _SAME = 11.0
 """Garments whose colours differ by less, CIELAB units, are one."""
 
@@ -133,7 +135,7 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
     labels, strange = kinds[final], best > 30.0
-    loose = _loose_hair(seen, labels)
+    loose = loose_hair(seen, labels)
     if loose.any():
         labels[loose] = kinds[np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)]
     labels[best > _NEVER] = UNSURE
@@ -175,8 +177,8 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
     return cost
 
 
-def _loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
-    """Vertices (V,) that look like hair but hang from no head: dark cloth."""
+def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
+    """Vertices (V,) that look like hair but hang from no head: dark cloth; and small islands on its unseen side, where nobody has a tuft alone."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
@@ -186,7 +188,8 @@ def _loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
     joined = hair[ends[0]] & hair[ends[1]]
     graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
     _, piece = connected_components(graph, directed=False)
-    held = np.bincount(piece, hair & seen.on("head")) >= 20
+    size = np.bincount(piece, hair & seen.on("head"))
+    held = (size >= 20) & ((np.bincount(piece, hair & seen.known) > 0) | (size >= TUFT * size.max()))
     return np.asarray(hair & ~held[piece])
 
 

@@ -186,3 +186,27 @@ def test_a_tuft_behind_is_no_hair_but_the_crown_and_a_beard_are() -> None:
     labels = np.where(crown | tuft | beard, HAIR, SKIN_LABEL)
     np.testing.assert_array_equal(loose_hair(seen, labels), tuft)
     assert not loose_hair(seen, np.where(crown | (vertices[:, 2] < -0.05), HAIR, SKIN_LABEL)).any()  # as large as a crown: long hair
+
+
+def test_a_collar_goes_on_behind_the_neckline() -> None:
+    vertices, _ = _cylinder()
+    top, skin, cloth = vertices[:, 1].max(), np.array([0.8, 0.6, 0.5]), np.array([0.2, 0.3, 0.7])
+    known = vertices[:, 2] > 0.02
+    neckline = (np.abs(vertices[:, 0]) < 0.06) & (vertices[:, 1] > top - 0.12)
+    colors = np.where((known & neckline)[:, None], skin, cloth)
+    colors[~known & neckline] = 0.6 * skin + 0.4 * cloth  # what a network that has seen the front expects
+    pixels = vertices[:, :2] * [1, -1]
+    parts = np.full(len(vertices), PARTS.index("torso"))
+    seen = Seen(
+        vertices=vertices,
+        colors=colors,
+        known=known,
+        parts=parts,
+        front=seen_before(pixels, known, parts),
+        neighbors=cKDTree(vertices).query(vertices, 9)[1][:, 1:],
+        skin=skin,
+        face=np.zeros(len(vertices), bool),
+    )
+    labels, _ = label_surface(seen)
+    assert (labels[known & neckline] == KINDS.index("skin")).mean() > 0.8
+    assert (labels[~known & neckline] == KINDS.index("upper")).mean() > 0.9

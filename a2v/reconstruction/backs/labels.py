@@ -130,7 +130,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     before = 7.0 * (np.arange(len(kinds)) != mirrored[:, None])
     before *= np.where(seen.on("torso")[:, None] & (kinds == SKIN), 3.0, np.where(kinds == HAIR, 0.5, 1.0))
     before[seen.face[seen.front] | seen.on("head")] = 0
-    before[seen.on("torso") & (kinds[mirrored] == SKIN)] = 0  # necklines are the front's
+    neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # those are the front's: behind, collars are higher
+    before[neckline] = np.where(kinds == SKIN, 12.0 * (UPPER in palettes), 0.0)
     behind = _smoothed(seen, np.minimum(0.7 * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))

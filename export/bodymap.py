@@ -6,17 +6,21 @@ Arithmetic is float32, large weights are stored as float16.
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
+from a2v.errors import InputError
 from a2v.perception.bodymap import FILE, FORMAT
 from a2v.reconstruction.bodymap.networks import MAPS, SIDE, BodyMapNetwork
-from a2v.reconstruction.bodymap.training import load_network
+from a2v.reconstruction.bodymap.training import initial_folder, load_network, stored_weights
 from a2v.tracing import to_onnx
+from a2v.untracing import fill
 from export.storage import round_to_stored, save_model, shrink
 
 INPUTS, OUTPUTS = ("picture",), ("points", "log_scales", "maps")
@@ -36,7 +40,13 @@ class BodyMapGraph(nn.Module):
 
 
 def export_bodymap(
-    run: str | os.PathLike[str], folder: str | os.PathLike[str], *, licence: str, extra: Mapping[str, Any] | None = None
+    run: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
+    licence: str,
+    blend: float = 1.0,
+    initial: str = "",
+    extra: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write `FILE` of a run of `a2v.reconstruction.bodymap.training` into `folder`, from its averaged weights; returns its path.
 
@@ -46,18 +56,37 @@ def export_bodymap(
         The run's folder.
     licence : str
         Goes into the file.
+    blend : float
+        Share, over 0, of the run's weights; the rest are those of the file in the folder `initial` ("shipped": that of a2v) that the run began with. What
+        a network learned of new views then costs less of what it knew (Wortsman et al. 2022).
     extra : mapping, optional
         More to say of the network (data, seeds), JSON.
 
     Raises
     ------
     InputError
-        It is not trained.
+        It is not trained, `blend` is no share, or there is nothing to blend with.
     """
+    if not 0 < blend <= 1:
+        raise InputError(f"blend is {blend:g}; expected a share of the trained weights over 0, at most 1")
+    if blend < 1 and not initial:
+        raise InputError("blend mixes the trained weights with those of bodymap.initial; give it too, or leave blend out")
     network, facts = load_network(run)
+    if blend < 1:
+        network, facts = blended(network, stored_weights(initial_folder(initial)), blend), {**facts, "blend": blend}
     path = Path(folder) / FILE.name
     export_network(network, path, licence=licence, extra={**facts, **(extra or {})})
     return path
+
+
+def blended(network: BodyMapNetwork, other: Mapping[str, np.ndarray], share: float) -> BodyMapNetwork:
+    """The mean of a network's weights, counted `share`, and of `other` ones (`stored_weights`), normalisations folded in both."""
+    with tempfile.TemporaryDirectory() as folder:
+        export_network(network, Path(folder) / FILE.name, licence="")
+        own = stored_weights(folder)
+    mixed = BodyMapNetwork()
+    fill(mixed, {name: share * own[name] + (1 - share) * other[name] for name in own if name in other}, otherwise="leave blend out")
+    return mixed.eval()
 
 
 def export_network(

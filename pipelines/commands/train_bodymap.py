@@ -18,6 +18,7 @@ HELP = "Make quick views, then train the network that says of each pixel its pla
 EXAMPLES = f"""examples:
   a2v train bodymap --data ../shared/data --out runs/bodymap --workers 2
   a2v train bodymap --data ../shared/data --out runs/more --views 60000 --bodymap.initial runs/bodymap
+  a2v train bodymap --data ../shared/data --out runs/things --bodymap.initial shipped --blend 0.67
 
 Needs DIR/avatars, DIR/makehuman_cc0.zip (unless --studio.people avatars) and DIR/cmu_mocap.zip or DIR/humanact12.zip. OUT/views gets the
 views (45 KB and an eighth of a second of a core each; before the first one a quarter of an hour for poses and guides), OUT the checkpoint,
@@ -34,6 +35,7 @@ class Options:
     validation: int = option("views of people, clothes and clips that training never shows, in all", default=192)
     workers: int = option("processes that make views, each on one core", default=1)
     licence: str = option("licence of the weights, kept in the exported file", default="see the data set's licence")
+    blend: float = option("share of the trained weights in the exported file; the rest are those of the file of bodymap.initial", default=1.0)
     studio: QuickSettings = settings(QuickSettings)
     bodymap: BodyMapSettings = settings(BodyMapSettings)
 
@@ -53,5 +55,6 @@ def run(options: Options) -> Answer:
         train_bodymap(
             out / "views", out, settings=options.bodymap, on_log=lambda row: show(row, {name: row[name] for name in _SHOWN if name in row})
         )
-    path = export_bodymap(out, out, licence=options.licence, extra={"views": counts, "studio": vars(options.studio)})
+    extra = {"views": counts, "studio": vars(options.studio)}
+    path = export_bodymap(out, out, licence=options.licence, blend=options.blend, initial=options.bodymap.initial, extra=extra)
     return Answer(files=[path], facts={"new_views_a_second": rate})

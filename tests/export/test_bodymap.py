@@ -11,9 +11,12 @@ import onnxruntime
 import pytest
 import torch
 
+from a2v.errors import InputError
 from a2v.perception.bodymap import FILE, FORMAT
 from a2v.reconstruction.bodymap.networks import BodyMapNetwork
-from export.bodymap import INPUTS, OUTPUTS, export_network
+from a2v.reconstruction.bodymap.training import stored_weights
+from a2v.untracing import fill
+from export.bodymap import INPUTS, OUTPUTS, blended, export_bodymap, export_network
 from export.storage import round_to_stored
 from tests.support.quick_views import write_invented
 
@@ -41,6 +44,28 @@ def test_onnx_equals_pytorch_for_any_number_of_pictures(tmp_path: Path) -> None:
         for mine, theirs in zip(found, (told.points, told.log_scales, told.maps), strict=True):
             assert mine.shape == tuple(theirs.shape)
             np.testing.assert_allclose(mine, theirs.numpy(), atol=2e-3 * max(1.0, float(theirs.abs().max())))
+
+
+def test_blended_weights_lie_between_and_are_folded_alike(tmp_path: Path) -> None:
+    torch.manual_seed(2)
+    network, shipped = BodyMapNetwork().eval(), stored_weights(FILE.parent)
+    fill(network, shipped, otherwise="")
+    with torch.no_grad():
+        for layer in network.modules():
+            if isinstance(layer, torch.nn.BatchNorm2d):
+                layer.running_var.uniform_(0.8, 1.2)
+                layer.bias.add_(0.05)
+        network.narrow.weight.mul_(1.1)
+    picture = torch.rand(1, 4, 256, 256, generator=torch.Generator().manual_seed(3))
+    with torch.no_grad():
+        own, nearly = network(picture), blended(network, shipped, 1 - 1e-6)(picture)
+    np.testing.assert_allclose(nearly.maps, own.maps, atol=2e-2 * float(own.maps.abs().max()))
+    half = blended(network, shipped, 0.5)
+    name = "narrow.weight"
+    np.testing.assert_allclose(half.state_dict()[name], (network.state_dict()[name].numpy() + shipped[name]) / 2, atol=1e-3)
+    for blend, initial, match in ((0.0, "shipped", "expected a share"), (0.5, "", "give it too")):
+        with pytest.raises(InputError, match=match):
+            export_bodymap(tmp_path, tmp_path, licence="", blend=blend, initial=initial)
 
 
 def test_the_command_trains_on_what_is_there_and_writes_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

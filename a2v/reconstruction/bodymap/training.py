@@ -70,6 +70,22 @@ class BodyMapSettings(RunSettings):
             raise InputError("average must be from 0 to below 1, and backbone_share and measured at least 0")
 
 
+def initial_folder(initial: str) -> Path:
+    """The folder that `BodyMapSettings.initial` names."""
+    return SHIPPED.parent if initial == "shipped" else Path(initial)
+
+
+def stored_weights(folder: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """The weights in a folder's ``bodymap.onnx``, for `a2v.untracing.fill`.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    return read_weights(Path(folder) / SHIPPED.name, {"body.": ""})
+
+
 def load_network(folder: str | os.PathLike[str]) -> tuple[BodyMapNetwork, dict[str, Any]]:
     """The averaged network of a run's folder, for inference, and facts on its training.
 
@@ -119,12 +135,12 @@ class BodyMapTraining(Training):
         """Take over another run's weights, if that is asked for."""
         if not self.settings.initial:
             return
-        folder = SHIPPED.parent if self.settings.initial == "shipped" else Path(self.settings.initial)
+        folder = initial_folder(self.settings.initial)
         if (folder / FILE).is_file():
             network, _ = load_network(folder)
             self.model.load_state_dict(network.state_dict())
         else:
-            fill(self.model, read_weights(folder / SHIPPED.name, {"body.": ""}), otherwise="leave initial out")
+            fill(self.model, stored_weights(folder), otherwise="leave initial out")
             calibrate(self.model, (self._batch()["picture"] for _ in range(CALIBRATION)), self.model.look)
         self.average.load_state_dict(self.model.state_dict())
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.geometry.volume import Grid
-from a2v.reconstruction.body_prior.columns import columns_seen
+from a2v.reconstruction.body_prior.columns import columns_seen, front_seen
 from a2v.types import BoolArray, FloatArray, IntArray
 
 WIDEST, SMALLEST = 0.6, 0.05
@@ -49,16 +48,12 @@ class LegColumns:
     def of(cls, skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid) -> LegColumns:
         """Of a body's skin (S, 3), faces (G, 3) and parts (S,) on a grid."""
 
-        def seen(names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        def of_parts(*names: str) -> IntArray:
             wanted = np.isin(parts, [PARTS.index(name) for name in names])
-            own = faces[wanted[faces].all(axis=1)]
-            if not len(own):
-                nothing = np.full(grid.shape[:2], np.inf, np.float32)
-                return -nothing, nothing
-            return columns_seen(skin, own, grid)
+            return np.asarray(faces[wanted[faces].all(axis=1)])
 
-        left, right = (np.isfinite(seen([f"{side}_thigh", f"{side}_shin"])[0]) for side in ("left", "right"))
-        return cls(left, right, *seen(_LOWER), grid.cell)
+        left, right = (np.isfinite(front_seen(skin, of_parts(f"{side}_thigh", f"{side}_shin"), grid)) for side in ("left", "right"))
+        return cls(left, right, *columns_seen(skin, of_parts(*_LOWER), grid), grid.cell)
 
     def gaps(self, missing: BoolArray) -> BoolArray:
         """The part of `missing` (nx, ny), where the mask is and the body is not, that lies between the legs and is of cloth."""

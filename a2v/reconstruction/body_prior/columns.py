@@ -29,13 +29,15 @@ def mask_distance(mask: FloatArray, camera: OrthographicCamera, grid: Grid) -> F
     return np.where(opacity > 0.5, -distance, distance).astype(np.float32)
 
 
+def front_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> FloatArray:
+    """Front depth (nx, ny) of the skin at the grid's columns, metres; -inf where there is none."""
+    x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
+    return cast_depth(ray_scene(skin, faces, threads=0), x, y, float(skin[:, 2].max()) + 1)
+
+
 def columns_seen(skin: FloatArray, faces: IntArray, grid: Grid) -> tuple[FloatArray, FloatArray]:
     """Front and back depth (nx, ny) of the skin at the grid's columns, metres; -inf and +inf where there is none."""
-    x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
-    front = cast_depth(ray_scene(skin, faces, threads=0), x, y, float(skin[:, 2].max()) + 1)
-    mirrored = skin * np.array([1.0, 1.0, -1.0])
-    back = -cast_depth(ray_scene(mirrored, faces, threads=0), x, y, float(mirrored[:, 2].max()) + 1)
-    return front, back
+    return front_seen(skin, faces, grid), -front_seen(skin * np.array([1.0, 1.0, -1.0]), faces, grid)
 
 
 def binary_distance(inside: BoolArray, cell: float) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.geometry.mesh import Cholesky, vertex_normals
 from a2v.geometry.volume import Grid
-from a2v.reconstruction.body_prior.columns import binary_distance, columns_seen, sample_columns
+from a2v.reconstruction.body_prior.columns import binary_distance, front_seen, sample_columns
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
@@ -68,8 +68,7 @@ def pull_to_contour(
 
     `parts` (V,) are `a2v.body.PARTS`, `mask_distance` (nx, ny) is of the grid's columns, `turn` counts the rounds from 0.
     """
-    front, _ = columns_seen(skin, faces, grid)
-    own = binary_distance(np.isfinite(front), grid.cell)
+    own = binary_distance(np.isfinite(front_seen(skin, faces, grid)), grid.cell)
     slope_own = np.stack(np.gradient(own, grid.cell), axis=-1).astype(np.float32)
     slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)
     inset = sample_columns(own, skin, grid)

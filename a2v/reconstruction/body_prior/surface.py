@@ -18,7 +18,7 @@ from a2v.geometry.rays import ray_scene
 from a2v.geometry.visibility import person_box, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction.body_prior.cloth import LegColumns
-from a2v.reconstruction.body_prior.columns import binary_distance, columns_seen, mask_distance
+from a2v.reconstruction.body_prior.columns import binary_distance, front_seen, mask_distance
 from a2v.reconstruction.body_prior.rim import SkinDeformer, drape, pull_to_contour
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
 from a2v.reconstruction.body_prior.volume import add_lobes, close_head, close_toes, part_arms
@@ -139,7 +139,7 @@ def dress(
 
 def _outside_of_cloth(skin: FloatArray, faces: IntArray, parts: IntArray, grid: Grid, outline: FloatArray) -> FloatArray:
     """Distance (nx, ny) to the contour of the mask less what is cloth between the legs: no leg is pulled to a skirt's hem."""
-    missing = (outline < 0) & ~np.isfinite(columns_seen(skin, faces, grid)[0])
+    missing = (outline < 0) & ~np.isfinite(front_seen(skin, faces, grid))
     gaps = LegColumns.of(skin, faces, parts, grid).gaps(missing)
     return np.maximum(outline, -binary_distance(gaps, grid.cell)) if gaps.any() else outline
 

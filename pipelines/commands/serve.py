@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
 import secrets
@@ -47,7 +48,7 @@ class Options:
 
 
 def run(options: Options) -> Answer:
-    """Serve until interrupted; print the address at once."""
+    """Serve until interrupted; print the address as soon as it answers."""
     import uvicorn
 
     if options.workers is not None and options.workers < 1:
@@ -62,15 +63,18 @@ def run(options: Options) -> Answer:
 
         token = _token(folder)
         address = f"http://{LOCAL}:{listener.getsockname()[1]}/{token}/"
-        app = make_app(Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers), token)
+
+        def ready() -> None:  # whoever reads the address may press Ctrl-C: not before that is understood
+            print(address, flush=True)
+            if options.browser:
+                _open(folder, address)
+
+        app = make_app(Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers), token, ready)
         config = uvicorn.Config(
             app, loop="asyncio", http="h11", ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
             proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=200,
         )  # fmt: skip
-        with contextlib.suppress(KeyboardInterrupt):
-            print(address, flush=True)
-            if options.browser:
-                _open(folder, address)
+        with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):  # the second: interrupted before the loop had begun
             uvicorn.Server(config).run(sockets=[listener])
     return Answer(text="", facts={"address": address, "folder": folder})
 

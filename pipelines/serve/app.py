@@ -8,7 +8,7 @@ import stat
 import tempfile
 import unicodedata
 import zipfile
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +45,13 @@ _ALONE = {
 """Of pages of one file, which hold their scripts: they get an origin of their own and reach nothing."""
 
 
-def make_app(desk: Desk, token: str) -> Guard:
-    """The application behind its guard."""
+def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
+    """The application behind its guard; `ready` is called when it has begun, and signals are the server's."""
 
     @contextlib.asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
         desk.start()
+        ready()
         yield
         await desk.close()
 

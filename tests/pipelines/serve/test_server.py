@@ -322,6 +322,25 @@ def test_ctrl_c_is_a_good_end_and_the_address_stays(tmp_path: Path) -> None:
     third.end()
 
 
+def test_ctrl_c_the_moment_the_address_is_read_closes_all_in_order(tmp_path: Path) -> None:
+    code = f"""
+import builtins, os, signal
+from pipelines.commands import serve
+from pipelines.serve.desk import Desk
+said, close = builtins.print, Desk.close
+def address(*words, **more):
+    os.kill(os.getpid(), signal.SIGINT)
+async def closed(desk):
+    await close(desk)
+    said("closed")
+builtins.print, Desk.close = address, closed
+serve.run(serve.Options(folder={str(tmp_path / "page")!r}, port=0))
+said("ended")
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.stdout.split() == ["closed", "ended"], done.stderr
+
+
 def test_records_that_are_none_of_ours_are_passed_over(tmp_path: Path) -> None:
     library = Library(tmp_path)
     photo = library.add_photo(b"x", "a")

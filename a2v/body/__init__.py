@@ -9,11 +9,12 @@ from a2v.body.confidence import doubts
 from a2v.body.fingers import bend_fingers
 from a2v.body.fit import FitResult, fit_body
 from a2v.body.landmarks import JOINT_BONES
-from a2v.body.parts import PART_NEIGHBORS, PARTS, nearest_parts, part_of_bone
+from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
 from a2v.body.registry import MODELS, load_body_model
 from a2v.body.settings import FitSettings
 from a2v.body.skinning import BodyModel, BodyState, make_body
 from a2v.body.smpl import SmplModel
+from a2v.body.spots import Spots, nearest_spots
 
 __all__ = [
     "JOINT_BONES",
@@ -26,12 +27,13 @@ __all__ = [
     "FitResult",
     "FitSettings",
     "SmplModel",
+    "Spots",
     "bend_fingers",
     "carry_over",
     "doubts",
     "fit_body",
     "load_body_model",
     "make_body",
-    "nearest_parts",
+    "nearest_spots",
     "part_of_bone",
 ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import Body, FloatArray, IntArray
+from a2v.types import FloatArray, IntArray
 
 PARTS: tuple[str, ...] = (
     "head",
@@ -93,13 +93,4 @@ def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
     of_bone = np.array([part_of_bone(name) for name in bone_names])
     held = np.stack([weights[:, of_bone == part].sum(axis=1) for part in range(len(PARTS))], axis=1)
     parts: IntArray = held.argmax(axis=1).astype(np.int8)
-    return parts
-
-
-def nearest_parts(vertices: FloatArray, body: Body) -> IntArray:
-    """Part (V,) int8 of the body's skin nearest to each point (V, 3): quick and coarse; `a2v.animation.bind` also looks at normals."""
-    from scipy.spatial import cKDTree
-
-    nearest = np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1])
-    parts: IntArray = np.asarray(body.parts)[nearest].astype(np.int8)
     return parts

@@ -95,10 +95,10 @@ def color_by_photo(
     progress: Progress | None = None,
 ) -> Surface:
     """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
-    from a2v.body import nearest_parts
+    from a2v.body import nearest_spots
 
-    parts = nearest_parts(person.surface.vertices, body)
-    return color_surface(person.surface, subject, camera, prior=person.expected_colors, parts=parts, settings=settings, progress=progress)
+    spots = nearest_spots(person.surface.vertices, body)
+    return color_surface(person.surface, subject, camera, prior=person.expected_colors, spots=spots, settings=settings, progress=progress)
 
 
 def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.body.parts import PARTS
+from a2v.body.spots import Spots
 from a2v.errors import InputError
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import make_atlas
-from a2v.reconstruction.backs import Continuation, Seen, continue_photo, seen_before
-from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face
+from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
+from a2v.reconstruction.backs.labels import HANDS
+from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face, skin_of_hands
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.reconstruction.shading import photo_without_shading
@@ -73,7 +75,7 @@ def color_surface(
     camera: OrthographicCamera,
     *,
     prior: FloatArray | None = None,
-    parts: IntArray | None = None,
+    spots: Spots | None = None,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -89,8 +91,8 @@ def color_surface(
     prior : (V, 3), optional
         c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. Default: the front mirrored, hair on the
         back of the head.
-    parts : (V,) int, optional
-        Body part of each vertex (`a2v.body.PARTS`); says what is the head. Default: from the landmarks.
+    spots : Spots, optional
+        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
 
     Returns
     -------
@@ -107,7 +109,7 @@ def color_surface(
     report = progress or (lambda done, total: None)
     vertices = np.asarray(surface.vertices, np.float64)
     faces = np.asarray(surface.faces, np.int64)
-    _check_given(len(vertices), prior, parts, settings)
+    _check_given(len(vertices), prior, spots, settings)
     normals = vertex_normals(surface.vertices, faces)
     photo = _Projection(surface, subject, camera)
     seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
@@ -123,8 +125,8 @@ def color_surface(
     paint = face_paint(surface, photo.clean)
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
-    expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(parts))
-    continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, parts=parts, settings=settings)
+    expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
+    continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, spots=spots, settings=settings)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed, neighbors = colors, _nearest_vertices(vertices, settings.neighbors)
@@ -179,17 +181,22 @@ def _continued(
     expected: FloatArray,
     *,
     known: BoolArray,
-    parts: IntArray | None,
+    spots: Spots | None,
     settings: ColorSettings,
 ) -> Continuation | None:
-    """What the photo shows, continued over the unseen side; None without parts, or where that is not asked for."""
-    if not settings.synthesis or parts is None:
+    """What the photo shows, continued over the unseen side; None without spots, or where that is not asked for."""
+    if not settings.synthesis or spots is None:
         return None
     pixels = photo.camera.project(vertices)
-    face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(parts))
+    face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
+    if skin is None:  # who turns away shows hands
+        skin = skin_of_hands(colors[known & np.isin(spots.parts, [PARTS.index(name) for name in HANDS])])
+    square = known & (photo.trust(vertices, normals) > 0.9)  # at a glance the background, and what is before, shines in
+    neighbors = _nearest_vertices(vertices, settings.neighbors)
     seen = Seen(
-        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=parts,
-        front=seen_before(pixels, known, parts), neighbors=_nearest_vertices(vertices, settings.neighbors), skin=skin, face=face,
+        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
+        front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face,
     )  # fmt: skip
     return continue_photo(seen, faces, normals, photo.clean, photo.camera)
 
@@ -214,19 +221,19 @@ def _nearest_known(vertices: FloatArray, known: BoolArray) -> tuple[FloatArray, 
     return np.asarray(reach), np.flatnonzero(known)[nearest]
 
 
-def _check_given(count: int, prior: FloatArray | None, parts: IntArray | None, settings: ColorSettings) -> None:
+def _check_given(count: int, prior: FloatArray | None, spots: Spots | None, settings: ColorSettings) -> None:
     """Refuse what does not fit a surface of `count` vertices."""
     if count <= settings.neighbors:
         raise InputError(f"the surface has {count} vertices; expected more than {settings.neighbors}")
     if prior is not None and np.shape(prior) != (count, 3):
         raise InputError(f"prior has shape {np.shape(prior)}; expected ({count}, 3)")
-    if parts is not None and np.shape(parts) != (count,):
-        raise InputError(f"parts has shape {np.shape(parts)}; expected ({count},)")
+    if spots is not None and len(spots.parts) != count:
+        raise InputError(f"spots are of {len(spots.parts)} points; expected the surface's {count} vertices")
 
 
-def _head(parts: IntArray | None) -> BoolArray | None:
-    """Which vertices (V,) are of head and neck; None where the parts are not known."""
-    return None if parts is None else np.isin(parts, [PARTS.index("head"), PARTS.index("neck")])
+def _head(spots: Spots | None) -> BoolArray | None:
+    """Which vertices (V,) are of head and neck; None where the spots are not known."""
+    return None if spots is None else np.isin(spots.parts, [PARTS.index("head"), PARTS.index("neck")])
 
 
 def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray) -> FloatArray:

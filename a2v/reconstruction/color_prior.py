@@ -75,6 +75,15 @@ def seen_face(
     return face, np.median(colors[cheeks], axis=0) if cheeks.sum() >= 5 else None
 
 
+def skin_of_hands(colors: FloatArray) -> FloatArray | None:
+    """The skin's colour (3,) by those of the hands (n, 3); None where they show too little, or gloves: people's skin is reddish to yellow."""
+    if len(colors) < 40:
+        return None
+    color = np.median(colors, axis=0)
+    _, a, b = _lab(color)
+    return color if np.hypot(a, b) > 8 and 25 < np.degrees(np.arctan2(b, a)) < 80 else None
+
+
 def mirrored_prior(
     vertices: FloatArray,
     normals: FloatArray,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from a2v.reconstruction.backs import KINDS, Continuation, Seen, continue_photo, 
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import HAIR, loose_hair
 from a2v.reconstruction.backs.labels import SKIN as SKIN_LABEL
+from a2v.reconstruction.color_prior import skin_of_hands
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 RADIUS, HALF = 0.14, 0.3
@@ -41,15 +44,20 @@ def _cylinder(step: float = 0.008) -> tuple[FloatArray, IntArray]:
     return np.concatenate([vertices, [[0, -HALF - 0.02, 0], [0, HALF + 0.02, 0]]]), np.concatenate([faces, *caps])
 
 
+def _made(vertices: FloatArray, *, near: int = 8, **given: Any) -> Seen:
+    """What is known of vertices: the `given`, and of the rest nothing."""
+    count = len(vertices)
+    nothing = {name: np.zeros(count, bool) for name in ("scalp", "bare", "face")}
+    neighbors = cKDTree(vertices).query(vertices, near + 1)[1][:, 1:]
+    return Seen(**{"vertices": vertices, "front": np.arange(count), "twin": np.full(count, -1), "neighbors": neighbors, "skin": None} | nothing | given)
+
+
 def _seen(vertices: FloatArray, normals: FloatArray, clean: FloatArray, *, expected: FloatArray, parts: IntArray | None = None) -> Seen:
     pixels = CAMERA.project(vertices)
     known: BoolArray = normals[:, 2] > 0.35
     parts = np.full(len(vertices), PARTS.index("torso")) if parts is None else parts
-    return Seen(
-        vertices=vertices, colors=np.where(known[:, None], sample_image(clean, pixels), expected), known=known, parts=parts,
-        front=seen_before(pixels, known, parts), neighbors=cKDTree(vertices).query(vertices, k=11)[1][:, 1:], skin=None,
-        face=np.zeros(len(vertices), bool),
-    )  # fmt: skip
+    colors = np.where(known[:, None], sample_image(clean, pixels), expected)
+    return _made(vertices, near=10, colors=colors, known=known, parts=parts, front=seen_before(pixels, known, parts))
 
 
 def _photo(paint: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
@@ -173,16 +181,8 @@ def test_a_tuft_behind_is_no_hair_but_the_crown_and_a_beard_are() -> None:
     vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)
     known = vertices[:, 2] > 0.01
     crown, tuft, beard = vertices[:, 1] > 0.05, (vertices[:, 2] < -0.09), (vertices[:, 1] < -0.06) & known
-    seen = Seen(
-        vertices=vertices,
-        colors=np.full((len(vertices), 3), 0.5),
-        known=known,
-        parts=np.full(len(vertices), PARTS.index("head")),
-        front=np.arange(len(vertices)),
-        neighbors=cKDTree(vertices).query(vertices, 7)[1][:, 1:],
-        skin=None,
-        face=np.zeros(len(vertices), bool),
-    )
+    parts = np.full(len(vertices), PARTS.index("head"))
+    seen = _made(vertices, near=6, colors=np.full((len(vertices), 3), 0.5), known=known, parts=parts)
     labels = np.where(crown | tuft | beard, HAIR, SKIN_LABEL)
     np.testing.assert_array_equal(loose_hair(seen, labels), tuft)
     assert not loose_hair(seen, np.where(crown | (vertices[:, 2] < -0.05), HAIR, SKIN_LABEL)).any()  # as large as a crown: long hair
@@ -197,16 +197,76 @@ def test_a_collar_goes_on_behind_the_neckline() -> None:
     colors[~known & neckline] = 0.6 * skin + 0.4 * cloth  # what a network that has seen the front expects
     pixels = vertices[:, :2] * [1, -1]
     parts = np.full(len(vertices), PARTS.index("torso"))
-    seen = Seen(
-        vertices=vertices,
-        colors=colors,
-        known=known,
-        parts=parts,
-        front=seen_before(pixels, known, parts),
-        neighbors=cKDTree(vertices).query(vertices, 9)[1][:, 1:],
-        skin=skin,
-        face=np.zeros(len(vertices), bool),
-    )
+    seen = _made(vertices, colors=colors, known=known, parts=parts, front=seen_before(pixels, known, parts), skin=skin)
     labels, _ = label_surface(seen)
     assert (labels[known & neckline] == KINDS.index("skin")).mean() > 0.8
     assert (labels[~known & neckline] == KINDS.index("upper")).mean() > 0.9
+
+
+def test_the_other_side_of_the_body_says_what_is_there() -> None:
+    """A shirt above red trousers; what a network and the photo right before say of a patch behind is the shirt, its mirrored spot shows trousers."""
+    red = np.array([0.7, 0.15, 0.15])
+    clean = _photo(lambda way, y: np.where((y < 0.0)[..., None], red, CLOTH))
+    vertices, faces = _cylinder()
+    normals = vertex_normals(vertices, faces)
+    parts = np.where(vertices[:, 1] < 0.0, PARTS.index("left_thigh"), PARTS.index("torso"))
+    seen = _seen(vertices, normals, clean, expected=CLOTH, parts=parts)
+    patch = ~seen.known & (vertices[:, 1] > 0.01) & (vertices[:, 1] < 0.09)
+    shown = np.flatnonzero(seen.known & (vertices[:, 1] < -0.03) & (vertices[:, 1] > -0.15))
+    twin = np.full(len(vertices), -1)
+    twin[patch] = np.resize(shown, patch.sum())
+    colors = np.where(patch[:, None], seen.colors[twin], seen.colors)
+    inner = patch & (vertices[:, 1] > 0.03) & (vertices[:, 1] < 0.07) & (normals[:, 2] < 0.2)
+    told = continue_photo(dataclasses.replace(seen, twin=twin, colors=colors), faces, normals, clean, CAMERA)
+    alone = continue_photo(seen, faces, normals, clean, CAMERA)
+    assert (alone.labels[inner] == KINDS.index("upper")).all()
+    assert (told.labels[inner] == KINDS.index("lower")).mean() > 0.95
+    assert np.abs(told.expected[inner] - red).max(axis=1).mean() < 0.05
+
+
+def _head(hair: FloatArray, skin: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A ball of a head, and its colours: hair above, skin below."""
+    rng = np.random.default_rng(0)
+    vertices = rng.standard_normal((6000, 3))
+    vertices *= 0.1 / np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices, np.where((vertices[:, 1] > 0.03)[:, None], hair, skin) + rng.normal(0, 0.01, (len(vertices), 3))
+
+
+@pytest.mark.parametrize("hair", [[0.25, 0.18, 0.12], [0.92, 0.78, 0.62]], ids=["dark", "fair"])
+def test_hair_reaches_the_nape_where_a_network_expects_skin(hair: list[float]) -> None:
+    skin = np.array([0.85, 0.65, 0.55])
+    vertices, colors = _head(np.array(hair), skin)
+    known, high = vertices[:, 2] > 0.01, vertices[:, 1] > 0.03
+    scalp = (vertices[:, 2] < -0.01) & (vertices[:, 1] > -0.05) | (vertices[:, 1] > 0.06)
+    parts = np.full(len(vertices), PARTS.index("head"))
+    seen = _made(vertices, colors=colors, known=known, parts=parts, scalp=scalp, skin=skin, face=known & ~high)
+    nape = ~known & (vertices[:, 1] > -0.04) & (vertices[:, 1] < 0.02) & (vertices[:, 2] < -0.03)
+    below = ~known & (vertices[:, 1] < -0.07)
+    labels, _ = label_surface(seen)
+    assert (labels[nape] == HAIR).mean() > 0.95
+    assert (labels[below] == SKIN_LABEL).mean() > 0.95
+    without, _ = label_surface(dataclasses.replace(seen, scalp=vertices[:, 1] > 0.06))
+    assert (without[nape] == HAIR).mean() < 0.3
+
+
+def test_who_is_seen_from_behind_has_a_face_of_skin() -> None:
+    hair, skin = np.array([0.25, 0.18, 0.12]), np.array([0.85, 0.65, 0.55])
+    vertices, colors = _head(hair, skin)
+    known = vertices[:, 2] > 0.01  # the back of the head, and the neck
+    bare = (vertices[:, 2] < -0.03) & (vertices[:, 1] < 0.07)
+    colors[~known] = 0.7 * hair + 0.3 * skin  # what a network expects that sees a head of hair
+    seen = _made(vertices, colors=colors, known=known, parts=np.full(len(vertices), PARTS.index("head")), skin=skin)
+    inner = (vertices[:, 2] < -0.05) & (vertices[:, 1] < 0.05)
+    assert (label_surface(dataclasses.replace(seen, bare=bare))[0][inner] == SKIN_LABEL).mean() > 0.95
+    assert (label_surface(seen)[0][inner] == SKIN_LABEL).mean() < 0.7
+
+
+def test_hands_tell_the_skin_but_gloves_do_not() -> None:
+    rng = np.random.default_rng(0)
+    for skin in ([0.85, 0.65, 0.55], [0.35, 0.22, 0.16]):
+        found = skin_of_hands(np.array(skin) + rng.normal(0, 0.02, (100, 3)))
+        assert found is not None
+        np.testing.assert_allclose(found, skin, atol=0.01)
+    for glove in ([0.2, 0.2, 0.22], [0.2, 0.3, 0.7], [0.3, 0.5, 0.3]):
+        assert skin_of_hands(np.tile(glove, (100, 1))) is None
+    assert skin_of_hands(np.tile([0.85, 0.65, 0.55], (10, 1))) is None

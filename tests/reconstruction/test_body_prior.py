@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from scipy import ndimage
 
-from a2v.body import PARTS, load_body_model, make_body, nearest_parts
+from a2v.body import PARTS, load_body_model, make_body, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
@@ -148,10 +148,10 @@ def painted(scene, surface: Surface, change) -> Surface:
     heights = (camera.center_v - (np.arange(SIZE[1]) + 0.5))[:, None] / camera.scale / tall
     widths = np.abs(np.arange(SIZE[0]) + 0.5 - camera.center_u)[None] / camera.scale / tall
     change(image, heights, widths)
-    parts = nearest_parts(surface.vertices, body)
+    spots = nearest_spots(surface.vertices, body)
     mask = np.maximum(subject.mask, np.linalg.norm(image / 255.0 - HAIR, axis=-1) < 0.05).astype(np.float32)
     changed = dataclasses.replace(subject, image=image, mask=mask)
-    return color_surface(surface, changed, camera, parts=parts, settings=ColorSettings(texture=0, tolerance=1e-2))
+    return color_surface(surface, changed, camera, spots=spots, settings=ColorSettings(texture=0, tolerance=1e-2))
 
 
 def test_neckline_and_tie_stay_on_the_front(scene, surface: Surface) -> None:
@@ -214,8 +214,8 @@ def test_bad_input(scene, surface: Surface) -> None:
         body_prior_surface(subject, body, elsewhere)
     with pytest.raises(InputError, match="prior has shape"):
         color_surface(surface, subject, camera, prior=np.zeros((3, 3)))
-    with pytest.raises(InputError, match="parts has shape"):
-        color_surface(surface, subject, camera, parts=np.zeros(3, int))
+    with pytest.raises(InputError, match="spots are of 3 points"):
+        color_surface(surface, subject, camera, spots=nearest_spots(surface.vertices[:3], body))
     with pytest.raises(InputError, match="vertices"):
         SurfaceSettings(vertices=10)
     with pytest.raises(InputError, match="lambda_nn"):

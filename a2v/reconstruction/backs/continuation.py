@@ -11,7 +11,7 @@ import numpy as np
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HANDS, KINDS, LOWER, SHOES, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
 from a2v.reconstruction.backs.matching import match_surface
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
@@ -24,6 +24,9 @@ TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
 
 TINTED = 0.04
 """Up to so far from a border, metres, expected colours are tinted by what is beyond it."""
+
+OTHER_HUE = 15.0
+"""So far apart in CIELAB's a and b, two colours are of different stuff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,20 +93,26 @@ def continue_photo(
 
     labels, strange = label_surface(seen)
     vertices = np.asarray(seen.vertices, np.float64)
+    twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
+    shown = np.where(twins, seen.twin, np.arange(len(labels)))  # what stands for each vertex in the photo, if not what is before it
     exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS), spacing=SPACING)
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
     own = np.where(labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None])
     # a shoe's heel is nothing like its laces
     woven = np.where(labels == SHOES, 0, labels)
-    place, continues = match_surface(exemplar, vertices, maps, seen.neighbors, woven, known=seen.known, seed=seed)
+    place, continues = match_surface(
+        exemplar, vertices, maps, seen.neighbors, woven, home=exemplar.camera.project(vertices[shown]), known=seen.known, seed=seed
+    )
     height, width = clean.shape[:2]
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)
-    nearest = _nearest_shown(exemplar, vertices)
+    nearest = _nearest_shown(exemplar, vertices[shown])
     # what another limb, or other stuff, is before has tinted what is expected
     other_before = (nearest > 0) & (nearest != labels) & np.isin(labels, [UPPER, LOWER])
-    doubtful = (_before(exemplar, vertices) | other_before | strange | strange[seen.front]) & ~seen.known
+    doubtful = (_before(exemplar, vertices[shown]) | other_before | strange | strange[np.where(twins, seen.twin, seen.front)]) & ~seen.known
+    # a network expects skin below short hair, and hair where it has seen no face
+    unlike = ((seen.scalp & (labels == HAIR)) | (seen.bare & (labels == SKIN))) & ~seen.known & ~twins
     return Continuation(
-        labels=labels, expected=_smooth(seen, labels, own, doubtful), doubtful=doubtful, neighbors=own, continues=continues,
+        labels=labels, expected=_smooth(seen, labels, own, twins=twins, doubtful=doubtful | unlike), doubtful=doubtful | unlike, neighbors=own, continues=continues,
         _place=place * (height / exemplar.colors.shape[0]), _maps=maps, _vertices=vertices,
         _detail=np.asarray(clean - base, np.float32), _scale=camera.scale,
     )  # fmt: skip
@@ -134,20 +143,29 @@ def _from_border(vertices: FloatArray, labels: IntArray, neighbors: IntArray) ->
     return np.asarray(np.clip(reach / TINTED, 0.03, 1) ** 2)
 
 
-def _smooth(seen: Seen, labels: IntArray, neighbors: IntArray, doubtful: BoolArray) -> FloatArray:
-    """The expected colours (V, 3) smoothed within each label; `doubtful` (V,) ones do not count."""
+def _hue_share(colors: FloatArray, others: FloatArray) -> FloatArray:
+    """How much (V, 1) of `others` (V, 3) to take: all where they have another hue; light and gloss alone are the photo's, not the other side's."""
+    from skimage.color import rgb2lab
+
+    away = (rgb2lab(np.clip(others, 0, 1)) - rgb2lab(np.clip(colors, 0, 1)))[:, 1:]
+    return np.asarray(np.clip(np.linalg.norm(away, axis=1, keepdims=True) / OTHER_HUE, 0, 1))
+
+
+def _smooth(seen: Seen, labels: IntArray, neighbors: IntArray, *, twins: BoolArray, doubtful: BoolArray) -> FloatArray:
+    """The expected colours (V, 3) smoothed within each label: the other side's where there are `twins` (V,); `doubtful` (V,) ones do not count."""
     from scipy.spatial import cKDTree
 
     spacing = float(np.median(np.linalg.norm(seen.vertices[seen.neighbors] - seen.vertices[:, None], axis=2)))
     rounds = int(np.clip(round(2 * (BROAD / max(spacing, 1e-4)) ** 2 / 2), 1, 40))
     mixing: Any = neighbor_mean(neighbors)
-    weight = (np.where(seen.known, 1.0, TRUST[labels] * _from_border(seen.vertices, labels, neighbors)) * ~doubtful)[:, None]
-    value = weight * np.nan_to_num(seen.colors)
+    weight = (np.where(seen.known | twins, 1.0, TRUST[labels] * _from_border(seen.vertices, labels, neighbors)) * ~doubtful)[:, None]
+    colors = seen.colors + np.where(twins[:, None], _hue_share(seen.colors, seen.colors[seen.twin]) * (seen.colors[seen.twin] - seen.colors), 0.0)
+    value = weight * np.nan_to_num(colors)
     for _ in range(rounds):
         value, weight = mixing @ value, mixing @ weight
     smooth = value / np.maximum(weight, 1e-300)
     lost = weight[:, 0] < 1e-6  # deep within what does not count
     for kind in np.unique(labels[lost]):
         own, good = np.flatnonzero(lost & (labels == kind)), np.flatnonzero(~lost & (labels == kind))
-        smooth[own] = smooth[good[cKDTree(seen.vertices[good]).query(seen.vertices[own], workers=1)[1]]] if len(good) else seen.colors[own]
+        smooth[own] = smooth[good[cKDTree(seen.vertices[good]).query(seen.vertices[own], workers=1)[1]]] if len(good) else colors[own]
     return np.asarray(smooth)

@@ -31,6 +31,8 @@ HANGING = 0.3
 """Hair hangs at most so far from the head, metres."""
 TUFT = 0.2
 """Hair of which the photo shows nothing is at least so large a share of the largest piece."""
+_FAIR = 6.0
+"""Fair hair differs from all shades of the skin by at least so much, CIELAB units."""
 _SAME = 11.0
 """Garments whose colours differ by less, CIELAB units, are one."""
 
@@ -62,6 +64,12 @@ class Seen:
         Index into `a2v.body.PARTS`.
     front : (V,) int
         The known vertex of the same limb that the photo shows next to each vertex's own pixel: its mirrored counterpart for those behind.
+    twin : (V,) int
+        The known vertex at the mirrored spot of the body, for vertices that are not known; -1 where the photo does not show it.
+    scalp : (V,) bool
+        Where hair grows on a head that has some.
+    bare : (V,) bool
+        The body's face, seen or not.
     neighbors : (V, N) int
         Nearest vertices.
     skin : (3,), optional
@@ -75,6 +83,9 @@ class Seen:
     known: BoolArray
     parts: IntArray
     front: IntArray
+    twin: IntArray
+    scalp: BoolArray
+    bare: BoolArray
     neighbors: IntArray
     skin: FloatArray | None
     face: BoolArray
@@ -132,7 +143,16 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     before[seen.face[seen.front] | seen.on("head")] = 0
     neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # those are the front's: behind, collars are higher
     before[neckline] = np.where(kinds == SKIN, 12.0 * (UPPER in palettes), 0.0)
-    behind = _smoothed(seen, np.minimum(0.7 * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
+    trust = np.full((len(lab), 1), 0.7)
+    if HAIR in palettes:  # it reaches the nape, whatever is expected there
+        trust[seen.scalp] = 0.2
+        before[seen.scalp] += 15.0 * (kinds != HAIR)
+    if SKIN in palettes:  # who turns away has a face all the same
+        trust[seen.bare] = 0.2
+        before[seen.bare] += 15.0 * (kinds != SKIN)
+    twins = seen.twin >= 0
+    before[twins] = 10.0 * (np.arange(len(kinds)) != chosen[seen.twin[twins], None])
+    behind = _smoothed(seen, np.minimum(trust * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
     labels, strange = kinds[final], best > 30.0
@@ -180,18 +200,23 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
 def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
     """Vertices (V,) that look like hair but hang from no head: dark cloth; and small islands on its unseen side, where nobody has a tuft alone."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
     hair = labels == HAIR
-    count, width = seen.neighbors.shape
-    ends = np.repeat(np.arange(count), width), seen.neighbors.ravel()
-    joined = hair[ends[0]] & hair[ends[1]]
-    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
-    _, piece = connected_components(graph, directed=False)
+    piece = joined_pieces(hair, seen.neighbors)
     size = np.bincount(piece, hair & seen.on("head"))
     held = (size >= 20) & ((np.bincount(piece, hair & seen.known) > 0) | (size >= TUFT * size.max()))
     return np.asarray(hair & ~held[piece])
+
+
+def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
+    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other (`neighbors` (V, N)) are one, others alone."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    count, width = neighbors.shape
+    ends = np.repeat(np.arange(count), width), neighbors.ravel()
+    joined = chosen[ends[0]] & chosen[ends[1]]
+    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
@@ -210,6 +235,8 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     head = seen.known & seen.on("head") & ~seen.face
     if head.sum() > 20:
         crown = head & (height > np.quantile(height[head], 0.6)) & ~bare
+        if crown.sum() <= 20:  # fair hair has the skin's hue
+            crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
         if crown.sum() > 20:
             found[HAIR] = _centers(lab[crown], None, count=2)
     body = seen.known & ~bare

@@ -18,6 +18,7 @@ def match_surface(
     neighbors: IntArray,
     labels: IntArray,
     *,
+    home: FloatArray,
     known: BoolArray,
     rounds: int = 4,
     height_weight: float = 0.02,
@@ -27,7 +28,7 @@ def match_surface(
 
     The detail around each place goes on where its neighbours' ends, as well as can be: PatchMatch (Barnes et al. 2009) with a surface in place
     of a target picture. A vertex tries what its neighbours have, moved by the way to it (`maps`), what lies around its own place, ever
-    nearer, and its mirrored pixel; it keeps what differs least from what its neighbours expect around it. `known` vertices keep their
+    nearer, and its own pixel, what is before it or at its mirrored spot; it keeps what differs least from what its neighbours expect around it. `known` vertices keep their
     own pixels, so the pattern begins at the seam in phase; a small cost for places at another height along the limb keeps rings level.
 
     Parameters
@@ -39,6 +40,8 @@ def match_surface(
     neighbors : (V, N) int
     labels : (V,) int
         0 for vertices that continue nothing.
+    home : (V, 2)
+        Pixels of the exemplar at which the vertices would be looked for first.
     known : (V,) bool
     rounds : int
         Sweeps over the surface, there and back.
@@ -46,7 +49,6 @@ def match_surface(
         Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5 cm.
     seed : int
     """
-    home = exemplar.camera.project(vertices)
     usable = np.zeros(int(labels.max()) + 1, bool)
     for kind in range(1, len(usable)):
         usable[kind] = (exemplar.sources & (exemplar.labels == kind)).sum() > 60

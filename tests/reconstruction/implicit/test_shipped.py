@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from a2v.body import PARTS, nearest_parts
+from a2v.body import PARTS, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import silhouette_iou
 from a2v.reconstruction import ColorSettings, ImplicitSettings, color_surface, implicit_surface
@@ -35,14 +35,14 @@ def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Sur
     assert silhouette_iou(surface.vertices, surface.faces, camera, subject.mask) > 0.95
     distance, _ = cKDTree(surface.vertices).query(body.vertices)
     assert np.median(distance) < 0.02
-    found = nearest_parts(surface.vertices, body)
+    found = nearest_spots(surface.vertices, body).parts
     assert {PARTS.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")} <= set(found.tolist())
 
 
 def test_the_unseen_side_takes_the_networks_colours(scene: Scene, surface: Surface) -> None:
     subject, body, camera = scene
     colored = color_surface(
-        surface, subject, camera, prior=surface.colors, parts=nearest_parts(surface.vertices, body), settings=ColorSettings(texture=0)
+        surface, subject, camera, prior=surface.colors, spots=nearest_spots(surface.vertices, body), settings=ColorSettings(texture=0)
     )
     height = surface.vertices[:, 1] / np.ptp(surface.vertices[:, 1])
     back = (height > 0.6) & (height < 0.75) & (surface.vertices[:, 2] < np.median(surface.vertices[:, 2]) - 0.05)

@@ -1,0 +1,89 @@
+"""Where points near a body's skin lie on it: part, place at rest, and what the other side has there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.geometry.mesh import vertex_normals
+from a2v.types import Body, BoolArray, FloatArray, IntArray
+
+TURNED = 0.05
+"""Metres that normals one unit apart count for: the front of an arm is no neighbour of its back."""
+_HELIX = 0.97
+"""Vertices of a head that are at least so near to its widest point are its ears'."""
+_CHEEK, _FOREHEAD = 0.03, 0.4
+"""A face begins so far before the ears' rims, metres, and ends at this share of the way from there to the top."""
+_EARS, _NAPE, _CROWN = 0.012, 0.045, 0.6
+"""Hair grows so far behind the ears' rims, metres, down to so far below their upper half, metres; and everywhere above this share of the way from there to the top."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spots:
+    """Spots of a body's skin, one for each of V points.
+
+    Attributes
+    ----------
+    parts : (V,) int8
+        Index into `a2v.body.PARTS`.
+    places : (V, 3) float64
+        Where the spot lies in the body's rest pose, metres; the person's left on +x, y up, facing +z.
+    normals : (V, 3) float64
+        Of the skin there.
+    scalp : (V,) bool
+        Where hair grows on a head that has some: behind the ears down to the nape, and the crown.
+    bare : (V,) bool
+        Where none grows, beards apart: the face before the ears, up to the forehead.
+    """
+
+    parts: IntArray
+    places: FloatArray
+    normals: FloatArray
+    scalp: BoolArray
+    bare: BoolArray
+
+    def twins(self, among: BoolArray, *, within: float) -> IntArray:
+        """Which point (V,) of those `among` (V,) has the spot that each one's mirrored spot is nearest to; -1 where none is `within` metres."""
+        from scipy.spatial import cKDTree
+
+        other = np.array([-1.0, 1.0, 1.0])
+        here, there = (np.concatenate([self.places * side, TURNED * self.normals * side], axis=1) for side in (1.0, other))
+        numbers = np.flatnonzero(among)
+        if not len(numbers):
+            return np.full(len(among), -1)
+        way, nearest = cKDTree(here[numbers]).query(there, workers=1)
+        return np.where(way < within, numbers[nearest], -1)
+
+
+def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
+    """The spot of a body's skin nearest to each point (V, 3), metres: quick and coarse; `a2v.animation.bind` also looks at normals."""
+    from scipy.spatial import cKDTree
+
+    nearest = np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1])
+    rest = rest_vertices(body)
+    normals = np.asarray(vertex_normals(rest, np.asarray(body.faces)), np.float64)
+    parts = np.asarray(body.parts)
+    return Spots(parts[nearest].astype(np.int8), rest[nearest], normals[nearest], *(area[nearest] for area in _hair_line(rest, parts)))
+
+
+def rest_vertices(body: Body) -> FloatArray:
+    """A body's vertices (V, 3) float64 in its rest pose, metres: linear blend skinning undone."""
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    blended = np.tensordot(body.weights.astype(np.float64), moved[:, :3], axes=1)
+    away = np.asarray(body.vertices, np.float64) - blended[..., 3]
+    return np.asarray(np.linalg.solve(blended[..., :3], away[..., None])[..., 0])
+
+
+def _hair_line(rest: FloatArray, parts: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Which vertices (V, 3) of a body at rest carry hair, and which are the face's."""
+    head = parts == PARTS.index("head")
+    if not head.any():
+        return np.zeros(len(rest), bool), np.zeros(len(rest), bool)
+    x, y, z = (rest - [np.median(rest[head, 0]), 0, 0]).T
+    ears = head & (np.abs(x) > _HELIX * np.abs(x[head]).max())
+    level, depth, top = y[ears].mean(), z[ears].mean(), y[head].max()
+    behind = (z < depth - _EARS) & (y > level - _NAPE)
+    scalp = (head | (parts == PARTS.index("neck"))) & (behind | (y > level + _CROWN * (top - level)))
+    return scalp, head & (z > depth + _CHEEK) & (y < level + _FOREHEAD * (top - level))

@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 from typing_extensions import Self
 
+from a2v.kinematics.names import MIRRORED_BLAZEPOSE
 from a2v.types import BoolArray, ByteArray, FloatArray
+
+_WIDER = (0.0, 0.12, 0.3, 0.6)
+"""Borders to add where nobody is found, shares of the longer side: people who stoop or turn away are found when they are smaller."""
+_CONSPICUOUS = 0.02
+"""Share of the picture that somebody found in this way fills at least; who is smaller is looked for in tiles."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +43,13 @@ class Detection:
     def area(self) -> float:
         """Size of the person: pixels of the mask."""
         return float((self.mask > 0.5).sum())
+
+    def mirrored(self) -> Detection:
+        """The person of whom this one is the mirror image."""
+        keypoints, keypoints_3d = self.keypoints[MIRRORED_BLAZEPOSE], self.keypoints_3d[MIRRORED_BLAZEPOSE]
+        keypoints[:, 0] = self.mask.shape[1] - keypoints[:, 0]
+        keypoints_3d[:, 0] *= -1
+        return Detection(keypoints=keypoints, keypoints_3d=keypoints_3d, mask=np.ascontiguousarray(self.mask[:, ::-1]))
 
     def scaled(self, scale: float, offset: tuple[float, float], size: tuple[int, int]) -> Detection:
         """The same person where a pixel p of this picture is ``p * scale + offset`` of one of `size` (width, height)."""
@@ -141,18 +154,40 @@ class Detector(Solution):
         detection = Detection(keypoints=keypoints, keypoints_3d=world, mask=mask)
         return detection if _is_plausible(detection) else None
 
+    def persistent(self, picture: ByteArray) -> Detection | None:
+        """As `one`; a person who is not found at once is looked for in smaller and mirrored pictures with more around them, largest wins."""
+        import cv2
+
+        if (person := self.one(picture)) is not None:
+            return person
+        found: list[Detection] = []
+        height, width = picture.shape[:2]
+        for share in _WIDER:
+            border = round(share * max(height, width))
+            wider = cv2.copyMakeBorder(picture, border, border, border, border, cv2.BORDER_REPLICATE)
+            shrink = max(1.0, max(wider.shape[:2]) / 1024)
+            size = (round(wider.shape[1] / shrink), round(wider.shape[0] / shrink))
+            smaller = cv2.resize(wider, size, interpolation=cv2.INTER_AREA)
+            for mirrored in (False, True):
+                if (person := self.one(smaller[:, ::-1] if mirrored else smaller)) is not None:
+                    person = person.mirrored() if mirrored else person
+                    found.append(person.scaled(wider.shape[1] / size[0], (-border, -border), (width, height)))
+        return max(found, key=lambda person: person.area, default=None)
+
     def people(self, picture: ByteArray, *, limit: int = 5, full: ByteArray | None = None) -> list[Detection]:
         """Several people of `picture` (H, W, 3) uint8, largest first, in its pixels.
 
         `full` is the same picture at full resolution, where tiles are cut from.
 
         Each person found is painted over before the next search, first in the whole picture and then, while nobody
-        was found, in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
+        was found, in wider ones (`persistent`) and in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
         third of its picture.
         """
         import cv2
 
         found = self._search(picture, limit)
+        if not found and (person := self.persistent(picture)) is not None and person.area > _CONSPICUOUS * picture.shape[0] * picture.shape[1]:
+            found.append(person)
         size = (picture.shape[1], picture.shape[0])
         full = picture if full is None else full
         height, width = full.shape[:2]

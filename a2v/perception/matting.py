@@ -53,7 +53,7 @@ def _grabcut(image: ByteArray, rough: FloatArray, reach: float, side: int) -> Bo
     depth_in = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, 5)
     depth_out = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 5)
     trimap = np.where(inside, cv2.GC_PR_FGD, cv2.GC_PR_BGD).astype(np.uint8)
-    trimap[(depth_in > radius) | (prior > 0.995)] = cv2.GC_FGD
+    trimap[((depth_in > radius) & (prior > 0.99)) | (prior > 0.995)] = cv2.GC_FGD
     trimap[(depth_out > radius) & (prior < 0.3)] = cv2.GC_BGD
     # thin limbs have no core deeper than the band: their middle line is certain all the same
     ridge = (depth_in >= cv2.dilate(depth_in, np.ones((3, 3), np.uint8))) & (depth_in > 1.5)

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.bodymap import look_at_body, mended
-from a2v.perception.depth import put_upright
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
-from a2v.perception.landmarks import LIMBS
+from a2v.perception.locate import crop_box, locate, resize
 from a2v.perception.matting import keep_person, keep_soft, refine_mask
 from a2v.types import BoolArray, ByteArray, FloatArray, Subject
-
-if TYPE_CHECKING:
-    from a2v.perception.detector import Detection, Detector
 
 
 @dataclass(frozen=True)
@@ -99,8 +94,8 @@ def find_person(
     given_mask = _mask_of_alpha(photo) if mask is None else _check_mask(mask, height, width)
     given_points = _check_keypoints(keypoints, height, width)
     rgb, warnings = photo[..., :3], list[str]()
-    points, points_3d, rough, others = _locate(rgb, given_mask, given_points, settings, warnings)
-    crop = _crop_box(rough, points, (width, height), settings.margin)
+    points, points_3d, rough, others = locate(rgb, given_mask, given_points, confidence=settings.confidence, warnings=warnings)
+    crop = crop_box(rough, points, (width, height), settings.margin)
     image, alpha_crop, points = _cut_out(rgb, rough, points, crop, settings.max_side)
     near = None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]]
     alpha_crop = keep_soft(alpha_crop) if given_mask is not None else _refined(image, alpha_crop, near, settings)
@@ -165,7 +160,7 @@ def _cut_out(
     points = points.copy()
     points[:, 0] = (points[:, 0] - left) * (size[0] / (right - left))
     points[:, 1] = (points[:, 1] - top) * (size[1] / (bottom - top))
-    return _resize(rgb[top:bottom, left:right], size), _resize(mask[top:bottom, left:right], size), points
+    return resize(rgb[top:bottom, left:right], size), resize(mask[top:bottom, left:right], size), points
 
 
 def _mask_of_alpha(photo: ByteArray) -> FloatArray | None:
@@ -187,7 +182,7 @@ def _refined(image: ByteArray, rough: FloatArray, others: BoolArray | None, sett
     if not settings.refine:
         return rough
     if others is not None:
-        rough = rough * (1 - _resize(others.astype(np.float32), (image.shape[1], image.shape[0])))
+        rough = rough * (1 - resize(others.astype(np.float32), (image.shape[1], image.shape[0])))
     tall = float(np.ptp(np.nonzero(rough > 0.5)[0]) + 1) if (rough > 0.5).any() else 1.0
     return refine_mask(image, rough, height=tall, band=settings.band)
 
@@ -205,142 +200,6 @@ def _check_keypoints(keypoints: FloatArray | None, height: int, width: int) -> F
     if (inside & (points[:, 2] > 0.1)).sum() < 4:
         raise InputError(f"fewer than 4 keypoints lie within the photo's {width} x {height} pixels; do they belong to this photo?")
     return points
-
-
-_NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
-
-
-def _locate(
-    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, settings: PerceptionSettings, warnings: list[str]
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray | None]:
-    """Landmarks, their 3D positions, the (rough) mask, and the mask of other people, all in the photo's pixels."""
-    from a2v.perception.detector import Detector
-
-    height, width = rgb.shape[:2]
-    unknown_3d = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
-    others: BoolArray | None = None
-    with Detector(settings.confidence) as detector:
-        if mask is not None or keypoints is not None:
-            # the user says where the person is: look only there
-            hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
-            assert hint is not None  # one of the two is given
-            box = _crop_box(hint, keypoints if keypoints is not None else None, (width, height), 0.15)
-            person = _detect_in(detector, rgb, box, hint if mask is not None else None)
-            if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
-                person = None
-            if person is None and keypoints is None:
-                raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
-            points = keypoints if keypoints is not None or person is None else person.keypoints
-            assert points is not None
-            points_3d = put_upright(person.keypoints, person.keypoints_3d) if person is not None else unknown_3d
-            rough = mask if mask is not None else person.mask if person is not None else hint
-            return points, points_3d, rough, None
-
-        reduced, scale = _reduce(rgb, 1280)
-        people = detector.people(reduced, full=rgb)
-        if not people:
-            raise InputError(_NOBODY)
-        best = people[0].scaled(scale, (0.0, 0.0), (width, height))
-        big = [person for person in people[1:] if person.area > 0.15 * people[0].area]
-        if big:
-            warnings.append(f"{len(big) + 1} people are in the photo; the largest is used (give --mask to choose another)")
-            union = np.max([person.mask for person in people[1:]], axis=0) > 0.5
-            others = (_resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
-        # once more on the person alone: landmarks and mask gain resolution
-        box = _crop_box(best.mask, best.keypoints, (width, height), 0.2)
-        closer = _detect_in(detector, rgb, box, None, others)
-        if closer is not None and _agree(closer.keypoints, best.keypoints):
-            best = closer
-    return best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others
-
-
-def _detect_in(
-    detector: Detector, rgb: ByteArray, box: tuple[int, int, int, int], mask: FloatArray | None, others: BoolArray | None = None
-) -> Detection | None:
-    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask is neutralised."""
-    import cv2
-
-    left, top, right, bottom = box
-    height, width = rgb.shape[:2]
-    tile = rgb[top:bottom, left:right]
-    if mask is not None:
-        cover = cv2.GaussianBlur(mask[top:bottom, left:right], (0, 0), max(1.0, 0.004 * max(tile.shape[:2])))
-        opacity = np.maximum(cover, mask[top:bottom, left:right])[..., None]
-        tile = (tile * opacity + 160 * (1 - opacity)).astype(np.uint8)
-    elif others is not None:
-        tile = np.where(others[top:bottom, left:right, None], 160, tile).astype(np.uint8)
-    reduced, scale = _reduce(tile, 1024)
-    person = detector.one(reduced)
-    return None if person is None else person.scaled(scale, (left, top), (width, height))
-
-
-def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
-    """Reduce to a longer side of at most `side`; also the factor that leads back."""
-    longest = max(picture.shape[:2])
-    if longest <= side:
-        return np.ascontiguousarray(picture), 1.0
-    scale = longest / side
-    size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))
-    return _resize(picture, size), scale
-
-
-def _resize(picture: Any, size: tuple[int, int]) -> Any:
-    import cv2
-
-    if (picture.shape[1], picture.shape[0]) == size:
-        return picture
-    shrink = size[0] < picture.shape[1]
-    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA if shrink else cv2.INTER_LINEAR)
-
-
-def _agree(a: FloatArray, b: FloatArray) -> bool:
-    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's extent."""
-    both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
-    if both.sum() < 4:
-        return False
-    extent = float(np.ptp(b[both, :2], axis=0).max())
-    return bool(np.median(np.linalg.norm(a[both, :2] - b[both, :2], axis=1)) < 0.08 * extent)
-
-
-def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
-    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled trunk."""
-    import cv2
-
-    canvas = np.zeros((height, width), np.uint8)
-    seen = keypoints[:, 2] > 0.1
-    extent = float(np.ptp(keypoints[seen, :2], axis=0).max())
-    thick = max(2, round(0.07 * extent))
-    for first, second in LIMBS:
-        a, b = LANDMARK_INDEX[first], LANDMARK_INDEX[second]
-        if seen[a] and seen[b]:
-            ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]
-            cv2.line(canvas, ends[0], ends[1], 255, thick)
-    trunk = [LANDMARK_INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
-    if seen[trunk].all():
-        cv2.fillConvexPoly(canvas, np.round(keypoints[trunk, :2]).astype(np.int32), 255)
-    face = [i for i in range(11) if seen[i]]
-    if face:
-        middle = keypoints[face, :2].mean(axis=0)
-        cv2.circle(canvas, (int(middle[0]), int(middle[1])), max(2, round(0.075 * extent)), 255, -1)
-    return canvas.astype(np.float32) / 255
-
-
-def _crop_box(mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float) -> tuple[int, int, int, int]:
-    """Left, top, right, bottom around mask and landmarks with a border, inside the photo."""
-    rows, columns = np.nonzero(mask > 0.5)
-    boxes = [(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)] if len(rows) else []
-    if keypoints is not None:
-        seen = keypoints[keypoints[:, 2] > 0.5, :2]
-        if len(seen):
-            boxes.append((*np.clip(seen.min(axis=0), 0, size), *np.clip(seen.max(axis=0), 0, size)))
-    if not boxes:
-        raise InputError(_NOBODY)
-    low = np.min([box[:2] for box in boxes], axis=0)
-    high = np.max([box[2:] for box in boxes], axis=0)
-    border = margin * float((high - low).max()) + 2
-    left, top = (max(0, int(np.floor(x - border))) for x in low)
-    right, bottom = (min(limit, int(np.ceil(x + border))) for x, limit in zip(high, size, strict=True))
-    return left, top, max(right, left + 1), max(bottom, top + 1)
 
 
 def _warn(

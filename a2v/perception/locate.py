@@ -1,0 +1,167 @@
+"""Where the person of a photo is: landmarks, a rough mask, and whose else is in it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
+from a2v.perception.depth import put_upright
+from a2v.perception.detector import Detection, Detector
+from a2v.perception.landmarks import LIMBS
+from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_of_people
+from a2v.types import BoolArray, ByteArray, FloatArray
+
+NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
+
+
+def locate(
+    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, *, confidence: float, warnings: list[str]
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray | None]:
+    """Landmarks, their 3D positions, the (rough) mask, and the mask of other people, all in the photo's pixels."""
+    height, width = rgb.shape[:2]
+    unknown_3d = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
+    others: BoolArray | None = None
+    with Detector(confidence) as detector:
+        if mask is not None or keypoints is not None:
+            # the user says where the person is: look only there
+            hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
+            assert hint is not None  # one of the two is given
+            box = crop_box(hint, keypoints if keypoints is not None else None, (width, height), 0.15)
+            person = _detect_in(detector, rgb, box, hint if mask is not None else None)
+            if person is not None and keypoints is not None and not _agree(person.keypoints, keypoints):
+                person = None
+            if person is None and keypoints is None:
+                raise InputError("no person's pose found inside the mask; give --keypoints (OpenPose JSON) or another photo")
+            points = keypoints if keypoints is not None or person is None else person.keypoints
+            assert points is not None
+            points_3d = put_upright(person.keypoints, person.keypoints_3d) if person is not None else unknown_3d
+            rough = mask if mask is not None else person.mask if person is not None else hint
+            return points, points_3d, rough, None
+
+        reduced, scale = _reduce(rgb, 1280)
+        people = detector.people(reduced, full=rgb)
+        if not people:
+            raise InputError(NOBODY)
+        best = people[0].scaled(scale, (0.0, 0.0), (width, height))
+        big = [person for person in people[1:] if person.area > 0.15 * people[0].area]
+        if big:
+            warnings.append(f"{len(big) + 1} people are in the photo; the largest is used (give --mask to choose another)")
+            union = np.max([person.mask for person in people[1:]], axis=0) > 0.5
+            others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
+        # once more on the person alone: landmarks and mask gain resolution
+        box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
+        closer = _detect_in(detector, rgb, box, None, others)
+        if closer is not None and _agree(closer.keypoints, best.keypoints):
+            best = closer
+        best = completed(detector, rgb, best, others)
+    return best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others
+
+
+def completed(detector: Detector, rgb: ByteArray, person: Detection, others: BoolArray | None) -> Detection:
+    """The person with the parts that the detector has overlooked, and landmarks from another look at all of them, if that is surer."""
+    if not may_lack_parts(person):
+        return person
+    reduced, _ = _reduce(rgb, 1280)
+    size = (rgb.shape[1], rgb.shape[0])
+    probability = resize(probability_of_people(reduced), size)
+    missing = missing_parts(person.mask, probability, others)
+    if not missing.any():
+        return person
+    whole = np.where(missing, probability, person.mask).astype(np.float32)
+    again = _detect_in(detector, rgb, crop_box(whole, None, size, 0.15), whole)
+    better = again is not None and again.keypoints[:, 2].mean() > person.keypoints[:, 2].mean()
+    return dataclasses.replace(again if again is not None and better else person, mask=whole)
+
+
+def _detect_in(
+    detector: Detector, rgb: ByteArray, box: tuple[int, int, int, int], mask: FloatArray | None, others: BoolArray | None = None
+) -> Detection | None:
+    """The person inside `box` of the photo, in the photo's pixels; the background of a given mask is neutralised."""
+    import cv2
+
+    left, top, right, bottom = box
+    height, width = rgb.shape[:2]
+    tile = rgb[top:bottom, left:right]
+    if mask is not None:
+        cover = cv2.GaussianBlur(mask[top:bottom, left:right], (0, 0), max(1.0, 0.004 * max(tile.shape[:2])))
+        opacity = np.maximum(cover, mask[top:bottom, left:right])[..., None]
+        tile = (tile * opacity + 160 * (1 - opacity)).astype(np.uint8)
+    elif others is not None:
+        tile = np.where(others[top:bottom, left:right, None], 160, tile).astype(np.uint8)
+    reduced, scale = _reduce(tile, 1024)
+    person = detector.one(reduced) if mask is None else detector.persistent(reduced)
+    return None if person is None else person.scaled(scale, (left, top), (width, height))
+
+
+def _reduce(picture: ByteArray, side: int) -> tuple[ByteArray, float]:
+    """Reduce to a longer side of at most `side`; also the factor that leads back."""
+    longest = max(picture.shape[:2])
+    if longest <= side:
+        return np.ascontiguousarray(picture), 1.0
+    scale = longest / side
+    size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))
+    return resize(picture, size), scale
+
+
+def resize(picture: Any, size: tuple[int, int]) -> Any:
+    """A picture at another size (width, height); averaged where it shrinks."""
+    import cv2
+
+    if (picture.shape[1], picture.shape[0]) == size:
+        return picture
+    shrink = size[0] < picture.shape[1]
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA if shrink else cv2.INTER_LINEAR)
+
+
+def _agree(a: FloatArray, b: FloatArray) -> bool:
+    """Whether two sets of landmarks are the same person: median distance under 8 % of the figure's extent."""
+    both = (a[:, 2] > 0.3) & (b[:, 2] > 0.3)
+    if both.sum() < 4:
+        return False
+    extent = float(np.ptp(b[both, :2], axis=0).max())
+    return bool(np.median(np.linalg.norm(a[both, :2] - b[both, :2], axis=1)) < 0.08 * extent)
+
+
+def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
+    """A rough figure from landmarks alone: capsules along the limbs, a disc for the head, a filled trunk."""
+    import cv2
+
+    canvas = np.zeros((height, width), np.uint8)
+    seen = keypoints[:, 2] > 0.1
+    extent = float(np.ptp(keypoints[seen, :2], axis=0).max())
+    thick = max(2, round(0.07 * extent))
+    for first, second in LIMBS:
+        a, b = LANDMARK_INDEX[first], LANDMARK_INDEX[second]
+        if seen[a] and seen[b]:
+            ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]
+            cv2.line(canvas, ends[0], ends[1], 255, thick)
+    trunk = [LANDMARK_INDEX[name] for name in ("left_shoulder", "right_shoulder", "right_hip", "left_hip")]
+    if seen[trunk].all():
+        cv2.fillConvexPoly(canvas, np.round(keypoints[trunk, :2]).astype(np.int32), 255)
+    face = [i for i in range(11) if seen[i]]
+    if face:
+        middle = keypoints[face, :2].mean(axis=0)
+        cv2.circle(canvas, (int(middle[0]), int(middle[1])), max(2, round(0.075 * extent)), 255, -1)
+    return canvas.astype(np.float32) / 255
+
+
+def crop_box(mask: FloatArray, keypoints: FloatArray | None, size: tuple[int, int], margin: float) -> tuple[int, int, int, int]:
+    """Left, top, right, bottom around mask and landmarks with a border, inside the photo."""
+    rows, columns = np.nonzero(mask > 0.5)
+    boxes = [(columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)] if len(rows) else []
+    if keypoints is not None:
+        seen = keypoints[keypoints[:, 2] > 0.5, :2]
+        if len(seen):
+            boxes.append((*np.clip(seen.min(axis=0), 0, size), *np.clip(seen.max(axis=0), 0, size)))
+    if not boxes:
+        raise InputError(NOBODY)
+    low = np.min([box[:2] for box in boxes], axis=0)
+    high = np.max([box[2:] for box in boxes], axis=0)
+    border = margin * float((high - low).max()) + 2
+    left, top = (max(0, int(np.floor(x - border))) for x in low)
+    right, bottom = (min(limit, int(np.ceil(x + border))) for x, limit in zip(high, size, strict=True))
+    return left, top, max(right, left + 1), max(bottom, top + 1)

@@ -1,0 +1,87 @@
+"""A second opinion on a person's mask: mediapipe's segmenters of people before a camera, who need no pose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.perception.detector import Detection, Solution, silenced
+from a2v.types import BoolArray, ByteArray, FloatArray
+
+SURE = 0.93
+"""Mean probability from which on a missing piece is the person's."""
+PIECE, LARGE, NEAR = 0.05, 0.25, 0.03
+"""A missing piece has at least the first share of the mask's area, all of them the second; they lie next to it, within this share of its extent."""
+SEEN = 0.7
+"""Landmarks of limbs of which the detector is less sure may mean that a part of the person was overlooked."""
+_LIMBS = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("elbow", "wrist", "knee", "ankle")]
+
+
+class Segmenter(Solution):
+    """One of mediapipe's segmenters; `wide`: that for wide pictures."""
+
+    def __init__(self, *, wide: bool) -> None:
+        self._wide = wide
+
+    def _made(self, solutions: Any) -> Any:
+        return solutions.selfie_segmentation.SelfieSegmentation(model_selection=int(self._wide))
+
+    def probability(self, picture: ByteArray) -> FloatArray:
+        """Of people (H, W) float32 at the pixels of `picture` (H, W, 3) uint8."""
+        with silenced():
+            result = self._graph.process(np.ascontiguousarray(picture))
+        return np.asarray(result.segmentation_mask, np.float32)
+
+
+def probability_of_people(picture: ByteArray) -> FloatArray:
+    """What both segmenters agree on: the smaller probability (H, W) at the pixels of `picture` (H, W, 3) uint8."""
+    found = []
+    for wide in (False, True):
+        with Segmenter(wide=wide) as segmenter:
+            found.append(segmenter.probability(picture))
+    return np.minimum(*found)
+
+
+def may_lack_parts(person: Detection) -> bool:
+    """Whether the detector is unsure of a limb, or sees one outside of the mask."""
+    height, width = person.mask.shape
+    limbs = person.keypoints[_LIMBS]
+    columns, rows = (np.clip(limbs[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height)))
+    return bool((limbs[:, 2] < SEEN).any() or (person.mask[rows, columns] < 0.3).any())
+
+
+def missing_parts(mask: FloatArray, probability: FloatArray, others: BoolArray | None) -> BoolArray:
+    """Pieces (H, W) of a person that a mask (H, W) lacks: large ones next to it of which the segmenters are sure, and none of the `others` (H, W).
+
+    Somebody who stoops, or is seen from behind, has legs that the pose detector overlooks.
+    """
+    import cv2
+
+    body = (mask > 0.5).astype(np.uint8)
+    found = np.zeros(mask.shape, bool)
+    if not body.any():
+        return found
+    extent = float(max(np.ptp(axis) + 1 for axis in np.nonzero(body)))
+    candidates = ((probability > 0.5) & (cv2.dilate(body, _disc(0.01 * extent)) == 0)).astype(np.uint8)
+    if others is not None:
+        candidates[cv2.dilate(others.astype(np.uint8), _disc(0.01 * extent)) > 0] = 0
+    candidates = cv2.morphologyEx(candidates, cv2.MORPH_OPEN, _disc(0.02 * extent))
+    around = cv2.dilate(body, _disc(NEAR * extent)) > 0
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats(candidates)
+    for number in range(1, count):
+        own = pieces == number
+        if stats[number, cv2.CC_STAT_AREA] > PIECE * body.sum() and (own & around).any() and probability[own].mean() > SURE:
+            found |= own
+    if found.sum() < LARGE * body.sum():
+        return np.zeros_like(found)
+    joined = cv2.morphologyEx((found | (body > 0)).astype(np.uint8), cv2.MORPH_CLOSE, _disc(NEAR * extent)) > 0
+    return np.asarray(found | (joined & (body == 0) & (probability > 0.5)))
+
+
+def _disc(radius: float) -> ByteArray:
+    import cv2
+
+    size = 2 * max(1, round(radius)) + 1
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)

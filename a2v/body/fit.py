@@ -21,6 +21,7 @@ from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
+from a2v.body.stray import agrees_better, mend_strays, stray_limbs
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
@@ -146,11 +147,24 @@ class _Fit:
         guess = first_guess(objective, self.model, self.evidence)
         self.progress(2, self.total)
         best = self.refined(guess.unknowns)
-        if self.settings.starts and looks_wrong(best.residuals):
-            best = self._search(best, objective)
+        if self.settings.starts:
+            best = self._mended(best)
+            if looks_wrong(best.residuals):
+                best = self._search(best, objective)
         overlap = best.residuals.get("silhouette_iou", 0.8)
         errors = limb_errors(self._landmarks(best.body), self.evidence, best.camera.scale, overlap)
         return dataclasses.replace(best, residuals={**best.residuals, "limb_errors": errors})
+
+    def _mended(self, best: FitResult) -> FitResult:
+        """The fit, or one whose stray limbs start from recorded poses, if that agrees better with the photo."""
+        objective, unknowns = Objective(self.model, self.evidence, self.settings), _unknowns_of(best)
+        if not stray_limbs(objective, unknowns):
+            return best
+        start = mend_strays(objective, self.model, unknowns)
+        if start is None:
+            return best
+        found = dataclasses.replace(self, progress=_silent).refined(start)
+        return found if agrees_better(found.residuals, best.residuals) else best
 
     def _search(self, best: FitResult, objective: Objective) -> FitResult:
         """The best of a fit and of those that start from poses of the bank."""

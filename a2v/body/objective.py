@@ -18,6 +18,7 @@ from a2v.body.silhouette import RimMatches, match_rim
 from a2v.body.skinning import BodyState
 from a2v.body.surface_term import SurfaceMatches, SurfaceSamples, match_surface
 from a2v.body.unknowns import Unknowns
+from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -124,6 +125,34 @@ class Objective:
         with torch.no_grad():
             return {name: float(value) for name, value in self.terms(unknowns, stage).items()}
 
+    def cost(self, unknowns: Unknowns, stage: Stage) -> float:
+        """The sum of the terms as a plain number."""
+        return sum(self.values(unknowns, stage).values())
+
+    def landmark_gaps(self, unknowns: Unknowns) -> FloatArray:
+        """Distances (33,) of the landmarks in the picture from the photo's, relative to the height."""
+        import torch
+
+        with torch.no_grad():
+            gaps = unknowns.project(self._state(unknowns, "camera")[1]) - self._pixels
+            found: FloatArray = gaps.norm(dim=-1).numpy() / self.evidence.height
+        return found
+
+    def of_poses(self, unknowns: Unknowns, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Many poses (N, D) at once, all else as in `unknowns`: what landmarks and angles alone cost (N,), and the landmarks (N, 33, 3), metres."""
+        import torch
+
+        with torch.no_grad():
+            poses = torch.from_numpy(angles)
+            rotmats = rotvec_to_rotmat(self.space.rotvecs(poses))
+            rotmats[:, 0] = unknowns.rotmats(self.space)[0].to(rotmats)
+            rest, heads = self.model.rest(unknowns.shape.float(), self.model.landmark_vertices)
+            landmarks = self.model.landmarks_at(rotmats, rest, heads).double() + unknowns.translation
+            terms = self._seen(unknowns, landmarks, unknowns.log_scale.exp(), "silhouette")
+            terms["pose"] = self.settings.pose_weight * term.everyday_pose(poses, natural=self._natural, spread=self._spread)
+            terms["limits"] = term.outside(poses, self._limits, tolerance=0.03)
+            return torch.stack(list(terms.values())).sum(0).numpy(), landmarks.numpy()
+
     def _seen(self, unknowns: Unknowns, landmarks: Tensor, scale: Tensor, stage: Stage) -> dict[str, Tensor]:
         """The terms of the keypoints, in the photo and along the limbs; `scale` () is the camera's."""
         s, e = self.settings, self.evidence
@@ -134,7 +163,7 @@ class Objective:
         if stage == "silhouette":
             terms["strays"] = term.strays(square, weights=self._weights)
         first, last = e.segments[:, 0], e.segments[:, 1]
-        along = (landmarks[last, 2] - landmarks[first, 2]) * scale
+        along = (landmarks[..., last, 2] - landmarks[..., first, 2]) * scale
         square = (along - self._depth).square() / e.height**2
         weight = s.depth_weight * (1.0 if self.surface is None else 0.1)  # a surface knows better than the detector
         terms["depth"] = weight * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma) / s.depth_sigma**2
@@ -167,9 +196,10 @@ class Objective:
         return vertices
 
     def renew_silhouette(self, unknowns: Unknowns) -> None:
-        """Match points of the mask's contour to the rim of the body as it is now."""
+        """Match points of the mask's contour, if there is one, to the rim of the body as it is now."""
         mask = self.evidence.mask
-        assert mask is not None
+        if mask is None or not len(mask.contour):
+            return
         self._rim = match_rim(mask, self._skin(unknowns), self.model.faces, unknowns.camera(), height=self.evidence.height)
 
     def renew_surface(self, unknowns: Unknowns) -> None:
@@ -193,8 +223,22 @@ class Objective:
             return torch.stack(list(self.terms(unknowns, stage).values())).sum()
 
         minimize(loss, free, steps=steps, history=20, tolerance=1e-7)
-        with torch.no_grad():
-            return float(sum(self.terms(unknowns, stage).values()))
+        return self.cost(unknowns, stage)
+
+    def minimize_angles(self, unknowns: Unknowns, which: IntArray, steps: int, *, stage: Stage) -> float:
+        """Lower the objective by the angles `which` (n,) alone; returns its value."""
+        import torch
+
+        index, others = torch.from_numpy(which), unknowns.angles.detach()
+        own = others[index].requires_grad_()
+
+        def loss() -> Tensor:
+            unknowns.angles = others.index_put((index,), own)
+            return torch.stack(list(self.terms(unknowns, stage).values())).sum()
+
+        minimize(loss, [own], steps=steps, history=20, tolerance=1e-7)
+        unknowns.angles = others.index_put((index,), own.detach()).requires_grad_()
+        return self.cost(unknowns, stage)
 
 
 def _tensor(values: Any) -> Tensor:

@@ -56,7 +56,7 @@ class FitSettings:
         λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
     starts : int
         Recorded poses from which a fit to a photo starts anew where it looks wrong: so many that look like the landmarks, then so many
-        that fill the mask; 0 for none.
+        that fill the mask; 0 for none, of single stray limbs neither.
     rounds : int
         Rounds with the silhouette or the surface; the correspondences are renewed at every one.
     steps : int

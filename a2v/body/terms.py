@@ -27,11 +27,11 @@ def geman_mcclure(square: Tensor, scale: float) -> Tensor:
 
 
 def robust_sum(square: Tensor, *, weights: Tensor, scale: float) -> Tensor:
-    """Eq. 16: weighted sum of ρ over squared errors (n,).
+    """Eq. 16: weighted sum of ρ over squared errors (..., n).
 
     Of projected landmarks and of depths along limbs the errors are relative to the person's height.
     """
-    return (weights * geman_mcclure(square, scale)).sum()
+    return (weights * geman_mcclure(square, scale)).sum(-1)
 
 
 def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
@@ -45,15 +45,15 @@ def form(landmarks: Tensor, points: Tensor, *, weights: Tensor) -> Tensor:
 def strays(square: Tensor, *, weights: Tensor) -> Tensor:
     """No single landmark may stray, but where the detector is plainly wrong: what is over 2.2 % of the height, within 0.3 %.
 
-    `square` (33,) are the squared errors of the projected landmarks, relative to the person's height.
+    `square` (..., 33) are the squared errors of the projected landmarks, relative to the person's height.
     """
     over = (square.clamp_min(1e-12).sqrt() - 0.022).clamp_min(0.0)
     return robust_sum(over.square(), weights=weights.sqrt(), scale=0.03) / 0.003**2
 
 
 def everyday_pose(angles: Tensor, *, natural: Tensor, spread: Tensor) -> Tensor:
-    """Gaussian around everyday standing poses, for a photo alone."""
-    return ((angles - natural) / spread).square().sum()
+    """Gaussian around everyday standing poses (..., D), for a photo alone."""
+    return ((angles - natural) / spread).square().sum(-1)
 
 
 def likely_pose(angles: Tensor, prior: PosePrior) -> Tensor:
@@ -62,10 +62,10 @@ def likely_pose(angles: Tensor, prior: PosePrior) -> Tensor:
 
 
 def outside(values: Tensor, bounds: Tensor, *, tolerance: float) -> Tensor:
-    """How far values (n,) pass their bounds (n, 2)."""
+    """How far values (..., n) pass their bounds (n, 2)."""
     low, high = bounds.unbind(-1)
     beyond = (low - values).clamp(min=0) + (values - high).clamp(min=0)
-    return (beyond / tolerance).square().sum()
+    return (beyond / tolerance).square().sum(-1)
 
 
 def build_of_body(shape: Tensor, *, mean: Tensor, spread: Tensor, state: BodyState, height: float, height_sigma: float) -> Tensor:

@@ -77,6 +77,16 @@ class Unknowns:
         result: FloatArray = rotmat_to_rotvec((rotvec_to_rotmat(self.root.detach()) @ self.base).numpy())
         return result
 
+    def with_angles(self, angles: FloatArray) -> Unknowns:
+        """The same with other angles (D,); unknowns of its own."""
+        return Unknowns.build(
+            root=self.root_rotvec(),
+            angles=angles,
+            shape=self.shape.detach().numpy(),
+            translation=self.translation.detach().numpy(),
+            camera=self.camera(),
+        )
+
     def camera(self) -> OrthographicCamera:
         """The camera as a record."""
         return OrthographicCamera(scale=float(self.log_scale.detach().exp()), center_u=self.center[0], center_v=self.center[1])

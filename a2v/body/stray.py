@@ -1,0 +1,95 @@
+"""A limb that the fit left where the photo does not show it: starts that change this limb alone, all else as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from a2v.body.anny import AnnyModel
+from a2v.body.limbs import LIMBS
+from a2v.body.objective import Objective
+from a2v.body.pose_bank import load_pose_bank
+from a2v.body.pose_space import PoseSpace
+from a2v.body.unknowns import Unknowns
+from a2v.types import FloatArray, IntArray
+
+STRAY = 0.045
+"""A limb is stray whose worst landmark is farther from the photo's, relative to the height. Where nothing is wrong the worst is at 1 to 3.5 %."""
+_TRIED, _APART = 5, 0.25
+"""At most so many starts a limb, which differ by so many metres at least in the mean place of its landmarks."""
+_KEPT = 2
+"""So many of them, the cheapest once the limb has come to rest, are fitted with all the rest."""
+_STEPS, _GAIN = 15, 5.0
+"""Iterations of each fit, and what the best must be cheaper by than before, in squared standard deviations."""
+_LEAVES = 0.01
+"""What the silhouettes may share less: limbs that were bent to wrong landmarks leave the mask."""
+_LEGS = {"left_leg", "right_leg"}
+_ANGLES = {"arm": ("collar", "arm", "elbow", "forearm", "wrist"), "leg": ("hip", "knee", "ankle")}
+
+
+def stray_limbs(objective: Objective, unknowns: Unknowns) -> dict[str, float]:
+    """The arms and legs that lie elsewhere than the photo's landmarks, the worst first: how far, relative to the height.
+
+    Both legs together are none: seen from above they look short, and bent anew they would kneel.
+    """
+    error = np.where(objective.evidence.confidence > 0.3, objective.landmark_gaps(unknowns), 0.0)
+    worst = {limb: float(error[list(places)].max()) for limb, places in LIMBS.items() if limb.endswith(tuple(_ANGLES))}
+    stray = {limb: gap for limb, gap in sorted(worst.items(), key=lambda item: -item[1]) if gap > STRAY}
+    return stray if not stray.keys() >= _LEGS else {limb: gap for limb, gap in stray.items() if limb not in _LEGS}
+
+
+def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> Unknowns | None:
+    """Stray limbs bent as in some recorded pose, where that lowers the objective after a short fit; None where it does for none."""
+    tried: set[str] = set()
+    found = unknowns
+    while limbs := [limb for limb in stray_limbs(objective, found) if limb not in tried]:
+        tried.add(limbs[0])
+        found = _mended(objective, model, found, limbs[0])
+    return None if found is unknowns else found
+
+
+def agrees_better(found: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
+    """Whether of two `FitResult.residuals` the first has the lower loss and covers the mask as well: landmarks alone may be wrong."""
+    lower = sum(found["loss"].values()) < sum(before["loss"].values())
+    return bool(lower and found.get("silhouette_iou", 1.0) > before.get("silhouette_iou", 1.0) - _LEAVES)
+
+
+def _mended(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> Unknowns:
+    """The unknowns, or cheaper ones with another start of `limb`."""
+    own = _angles_of(limb, objective.space)
+    objective.renew_silhouette(unknowns)
+    best, least = unknowns, objective.cost(unknowns, "silhouette") - _GAIN
+    starts = [unknowns.with_angles(pose) for pose in _starts(objective, model, unknowns, limb)]
+    costs = [objective.minimize_angles(start, own, _STEPS, stage="silhouette") for start in starts]
+    for number in np.argsort(costs)[:_KEPT]:
+        objective.renew_silhouette(starts[number])
+        cost = objective.minimize(starts[number], _STEPS, stage="silhouette")
+        if cost < least:
+            best, least = starts[number], cost
+    return best
+
+
+def _starts(objective: Objective, model: AnnyModel, unknowns: Unknowns, limb: str) -> list[FloatArray]:
+    """Angles (D,) of the fit with those of `limb` from the bank, whose landmarks cost least as the trunk lies, the best first."""
+    own = _angles_of(limb, objective.space)
+    bank = load_pose_bank(model).angles
+    poses = np.tile(unknowns.angles.detach().numpy().astype(np.float32), (len(bank), 1))
+    poses[:, own] = bank[:, own]
+    costs, landmarks = objective.of_poses(unknowns, poses)
+    places = landmarks[:, list(LIMBS[limb])]
+    chosen: list[int] = []
+    for number in np.argsort(costs)[:500]:
+        if all(np.linalg.norm(places[number] - places[other], axis=1).mean() > _APART for other in chosen):
+            chosen.append(int(number))
+        if len(chosen) == _TRIED:
+            break
+    return [poses[number] for number in chosen]
+
+
+def _angles_of(limb: str, space: PoseSpace) -> IntArray:
+    """Indices of the angles that bend a limb."""
+    side, kind = limb.split("_")
+    starts = tuple(f"{side}_{joint}_" for joint in _ANGLES[kind])
+    return np.array([index for index, name in enumerate(space.names) if name.startswith(starts)])

@@ -21,7 +21,7 @@ from a2v.body.search import first_guess, guess_by_landmarks, guess_by_outline
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import rasterize
 from a2v.body.skinning import BodyModel, make_body
-from a2v.body.stray import agrees_better, mend_strays, stray_limbs
+from a2v.body.stray import agrees_better, mend_doubtful, mend_strays
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
 from a2v.errors import InputError
@@ -143,24 +143,32 @@ class _Fit:
 
     def to_photo(self) -> FitResult:
         """The fit to keypoints and silhouette; where it looks wrong, the best of more starts."""
-        objective = Objective(self.model, self.evidence, self.settings)
+        objective = self._objective()
         guess = first_guess(objective, self.model, self.evidence)
         self.progress(2, self.total)
         best = self.refined(guess.unknowns)
         if self.settings.starts:
-            best = self._mended(best)
+            best = self._retried(best, mend_strays(self._objective(), self.model, _unknowns_of(best)))
             if looks_wrong(best.residuals):
                 best = self._search(best, objective)
-        overlap = best.residuals.get("silhouette_iou", 0.8)
-        errors = limb_errors(self._landmarks(best.body), self.evidence, best.camera.scale, overlap)
-        return dataclasses.replace(best, residuals={**best.residuals, "limb_errors": errors})
+        best = self._expecting(best)
+        if self.settings.starts and not looks_wrong(best.residuals):
+            start = mend_doubtful(self._objective(), self.model, _unknowns_of(best), best.residuals["limb_errors"])
+            best = self._expecting(self._retried(best, start))
+        return best
 
-    def _mended(self, best: FitResult) -> FitResult:
-        """The fit, or one whose stray limbs start from recorded poses, if that agrees better with the photo."""
-        objective, unknowns = Objective(self.model, self.evidence, self.settings), _unknowns_of(best)
-        if not stray_limbs(objective, unknowns):
-            return best
-        start = mend_strays(objective, self.model, unknowns)
+    def _objective(self) -> Objective:
+        """What the fit to the photo minimises, with no silhouette matched yet."""
+        return Objective(self.model, self.evidence, self.settings)
+
+    def _expecting(self, result: FitResult) -> FitResult:
+        """The same with the errors in depth that are expected of its limbs."""
+        overlap = result.residuals.get("silhouette_iou", 0.8)
+        errors = limb_errors(self._landmarks(result.body), self.evidence, result.camera.scale, overlap)
+        return dataclasses.replace(result, residuals={**result.residuals, "limb_errors": errors})
+
+    def _retried(self, best: FitResult, start: Unknowns | None) -> FitResult:
+        """The fit, or one from a start with some limbs bent otherwise (None: there is none), if that agrees better with the photo."""
         if start is None:
             return best
         found = dataclasses.replace(self, progress=_silent).refined(start)
@@ -181,7 +189,7 @@ class _Fit:
 
     def refined(self, unknowns: Unknowns) -> FitResult:
         """The fit to keypoints and silhouette from one start; the body is put on the ground."""
-        objective = Objective(self.model, self.evidence, self.settings)
+        objective = self._objective()
         done = 0
         if self.evidence.mask is not None and len(self.evidence.mask.contour):
             previous = np.inf

@@ -1,4 +1,4 @@
-"""A limb that the fit left where the photo does not show it: starts that change this limb alone, all else as it is."""
+"""A limb that the fit left where the photo does not show it, or at a doubtful depth: starts that change this limb alone, all else as it is."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from a2v.body.anny import AnnyModel
+from a2v.body.confidence import DOUBTFUL
 from a2v.body.limbs import LIMBS
 from a2v.body.objective import Objective
 from a2v.body.pose_bank import load_pose_bank
@@ -47,6 +48,15 @@ def mend_strays(objective: Objective, model: AnnyModel, unknowns: Unknowns) -> U
     while limbs := [limb for limb in stray_limbs(objective, found) if limb not in tried]:
         tried.add(limbs[0])
         found = _mended(objective, model, found, limbs[0])
+    return None if found is unknowns else found
+
+
+def mend_doubtful(objective: Objective, model: AnnyModel, unknowns: Unknowns, errors: Mapping[str, float]) -> Unknowns | None:
+    """The same for arms and legs that are expected (`limb_errors`) to be `DOUBTFUL` in depth, the worst first."""
+    found = unknowns
+    for limb in sorted(errors, key=lambda limb: -errors[limb]):
+        if limb.endswith(tuple(_ANGLES)) and errors[limb] > DOUBTFUL:
+            found = _mended(objective, model, found, limb)
     return None if found is unknowns else found
 
 

@@ -9,11 +9,12 @@ import pytest
 import torch
 
 from a2v.body import FitSettings, load_body_model, make_body
+from a2v.body.confidence import DOUBTFUL
 from a2v.body.evidence import Evidence, gather_evidence
 from a2v.body.limbs import LIMBS
 from a2v.body.objective import Objective
 from a2v.body.pose_space import pose_space
-from a2v.body.stray import STRAY, agrees_better, mend_strays, stray_limbs
+from a2v.body.stray import STRAY, agrees_better, mend_doubtful, mend_strays, stray_limbs
 from a2v.body.unknowns import Unknowns
 from a2v.types import FloatArray, OrthographicCamera
 from tests.support.bodies import landmarks_of, subject_of
@@ -86,6 +87,16 @@ def test_nothing_is_changed_where_no_limb_strays() -> None:
     true = held("left", ON_HIP, camera, translation)
     assert stray_limbs(objective, true) == {}
     assert mend_strays(objective, load_body_model(), true) is None
+
+
+def test_a_limb_of_doubtful_depth_is_tried_anew() -> None:
+    evidence, camera, _, translation = seen("left")
+    objective, model = objective_of(evidence), load_body_model()
+    overhead = held("left", OVERHEAD, camera, translation)
+    assert mend_doubtful(objective, model, overhead, {"left_arm": DOUBTFUL - 0.01, "trunk": 2 * DOUBTFUL}) is None
+    mended = mend_doubtful(objective, model, overhead, {"right_arm": 0.0, "left_arm": 2 * DOUBTFUL})
+    assert mended is not None
+    assert gap(objective, mended, "left_arm") < STRAY
 
 
 def test_a_landmark_that_is_not_seen_makes_no_limb_stray() -> None:

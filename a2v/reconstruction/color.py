@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from a2v.errors import InputError
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.visibility import depth_map
-from a2v.reconstruction.atlas import make_atlas
+from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
 from a2v.reconstruction.backs.labels import HANDS
 from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face, skin_of_hands
@@ -117,6 +118,9 @@ def color_surface(
     if not known.any():
         raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
     report(1, 4)
+    beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colours
+    atlas = beside.submit(make_atlas, vertices, faces, size=settings.texture, density=1.5 * camera.scale) if settings.texture else None
+    beside.shutdown(wait=False)
 
     colors = photo.patch_colors(vertices, faces)
     if settings.delight:
@@ -126,15 +130,18 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
-    continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, spots=spots, settings=settings)
+    near = _nearest_vertices(vertices, settings.neighbors)
+    continued = None
+    if settings.synthesis and spots is not None:
+        continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
-    fixed, neighbors = colors, _nearest_vertices(vertices, settings.neighbors)
+    fixed = colors
     if continued is not None:
-        expected, neighbors, band = continued.expected, continued.neighbors, band | continued.doubtful
+        expected, near, band = continued.expected, continued.neighbors, band | continued.doubtful
         fixed = np.where(continued.labels[:, None] > 0, expected, colors)
     solution = solve_colors(
-        np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=neighbors,
+        np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=near,
         free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
     )  # fmt: skip
     base = np.where(known[:, None], colors, solution.colors)
@@ -142,7 +149,7 @@ def color_surface(
     report(2, 4)
 
     baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
-    uv, texture = _bake(*baked, settings.texture) if settings.texture else (None, None)
+    uv, texture = _bake(*baked, atlas.result()) if atlas is not None else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     if continued is not None:
@@ -181,18 +188,15 @@ def _continued(
     expected: FloatArray,
     *,
     known: BoolArray,
-    spots: Spots | None,
-    settings: ColorSettings,
-) -> Continuation | None:
-    """What the photo shows, continued over the unseen side; None without spots, or where that is not asked for."""
-    if not settings.synthesis or spots is None:
-        return None
+    spots: Spots,
+    neighbors: IntArray,
+) -> Continuation:
+    """What the photo shows, continued over the unseen side."""
     pixels = photo.camera.project(vertices)
     face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
     if skin is None:  # who turns away shows hands
         skin = skin_of_hands(colors[known & np.isin(spots.parts, [PARTS.index(name) for name in HANDS])])
     square = known & (photo.trust(vertices, normals) > 0.9)  # at a glance the background, and what is before, shines in
-    neighbors = _nearest_vertices(vertices, settings.neighbors)
     seen = Seen(
         vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
         front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
@@ -311,10 +315,10 @@ def _bake(
     photo: _Projection,
     paint: FacePaint | None,
     continued: Continuation | None,
-    size: int,
+    atlas: Atlas,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    atlas = make_atlas(vertices, faces, size=size, density=1.5 * photo.camera.scale)
+    size = atlas.size
     texture = np.zeros((size, size, 3), np.uint8)
     for top in range(0, size, 256):
         rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)

@@ -119,11 +119,14 @@ class LocalExecutor(Executor):
         if self._pool is None:
             return
         processes = list((getattr(self._pool, "_processes", None) or {}).values()) if cancel_futures else []
+        manager: threading.Thread | None = getattr(self._pool, "_executor_manager_thread", None)
         self._pool.shutdown(wait=wait and not cancel_futures, cancel_futures=cancel_futures)
         for process in processes:
             process.terminate()
         for process in processes:
             process.join(5)
+        if processes and manager is not None:
+            manager.join(5)  # it closes the pipe to which the interpreter writes at its end: a Bad file descriptor, now and then
 
 
 def _start_pool(workers: int) -> ProcessPoolExecutor:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures.process import _ThreadWakeup
 from pathlib import Path
 
 import pytest
@@ -111,3 +112,20 @@ def test_workers_that_are_stopped_leave_nothing_half_written(tmp_path):
             time.sleep(0.05)
         raise KeyboardInterrupt
     assert not list(tmp_path.iterdir())
+
+
+def test_no_thread_of_a_stopped_pool_is_left_for_the_interpreters_end(monkeypatch, tmp_path):
+    """At its end the interpreter writes to the pipe of a pool's thread, which that thread may just have closed."""
+    close, before = _ThreadWakeup.close, set(threading.enumerate())
+
+    def slowly(pipe: _ThreadWakeup) -> None:
+        time.sleep(0.5)
+        close(pipe)
+
+    monkeypatch.setattr(_ThreadWakeup, "close", slowly)
+    with contextlib.suppress(KeyboardInterrupt), open_executor("local", workers=1) as executor:
+        executor.submit(write_for_ever, str(tmp_path / "value.json"))
+        while not list(tmp_path.glob(".*")):
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+    assert not [thread for thread in threading.enumerate() if thread not in before and "Manager" in type(thread).__name__]

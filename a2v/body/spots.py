@@ -18,6 +18,8 @@ _CHEEK, _FOREHEAD = 0.03, 0.4
 """A face begins so far before the ears' rims, metres, and ends at this share of the way from there to the top."""
 _EARS, _NAPE, _CROWN = 0.012, 0.045, 0.6
 """Hair grows so far behind the ears' rims, metres, down to so far below their upper half, metres; and everywhere above this share of the way from there to the top."""
+_TEMPLE = 0.035, 0.025
+"""From so far above the ears' upper half on, metres, it begins so far before their rims."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +86,6 @@ def _hair_line(rest: FloatArray, parts: IntArray) -> tuple[BoolArray, BoolArray]
     x, y, z = (rest - [np.median(rest[head, 0]), 0, 0]).T
     ears = head & (np.abs(x) > _HELIX * np.abs(x[head]).max())
     level, depth, top = y[ears].mean(), z[ears].mean(), y[head].max()
-    behind = (z < depth - _EARS) & (y > level - _NAPE)
+    behind = (z < depth - _EARS) & (y > level - _NAPE) | (z < depth + _TEMPLE[1]) & (y > level + _TEMPLE[0])
     scalp = (head | (parts == PARTS.index("neck"))) & (behind | (y > level + _CROWN * (top - level)))
     return scalp, head & (z > depth + _CHEEK) & (y < level + _FOREHEAD * (top - level))

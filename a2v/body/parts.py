@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import FloatArray, IntArray
+from a2v.types import BoolArray, FloatArray, IntArray
 
 PARTS: tuple[str, ...] = (
     "head",
@@ -94,3 +94,8 @@ def parts_of_bones(bone_names: Sequence[str], weights: FloatArray) -> IntArray:
     held = np.stack([weights[:, of_bone == part].sum(axis=1) for part in range(len(PARTS))], axis=1)
     parts: IntArray = held.argmax(axis=1).astype(np.int8)
     return parts
+
+
+def on_parts(parts: IntArray, *names: str) -> BoolArray:
+    """Which of points whose parts (V,) are indices into `PARTS` lie on those of these names."""
+    return np.asarray(np.isin(parts, [PARTS.index(name) for name in names]))

@@ -70,10 +70,15 @@ def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
     return Spots(parts[nearest].astype(np.int8), rest[nearest], normals[nearest], *(area[nearest] for area in _hair_line(rest, parts)))
 
 
+def moved_from_rest(body: Body) -> FloatArray:
+    """Each vertex's blend (V, 3, 4) float64 of how its bones moved from the rest pose."""
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    return np.asarray(np.tensordot(body.weights.astype(np.float64), moved[:, :3], axes=1))
+
+
 def rest_vertices(body: Body) -> FloatArray:
     """A body's vertices (V, 3) float64 in its rest pose, metres: linear blend skinning undone."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
-    blended = np.tensordot(body.weights.astype(np.float64), moved[:, :3], axes=1)
+    blended = moved_from_rest(body)
     away = np.asarray(body.vertices, np.float64) - blended[..., 3]
     return np.asarray(np.linalg.solve(blended[..., :3], away[..., None])[..., 0])
 

@@ -155,11 +155,13 @@ class Detector(Solution):
         return detection if _is_plausible(detection) else None
 
     def persistent(self, picture: ByteArray) -> Detection | None:
-        """As `one`; a person who is not found at once is looked for in smaller and mirrored pictures with more around them, largest wins."""
+        """As `one`, and as `one_wider` where that finds nobody."""
+        return self.one(picture) or self.one_wider(picture)
+
+    def one_wider(self, picture: ByteArray) -> Detection | None:
+        """A person who is not found at once, in smaller and mirrored pictures with more around them; the largest, or None."""
         import cv2
 
-        if (person := self.one(picture)) is not None:
-            return person
         found: list[Detection] = []
         height, width = picture.shape[:2]
         for share in _WIDER:
@@ -180,13 +182,13 @@ class Detector(Solution):
         `full` is the same picture at full resolution, where tiles are cut from.
 
         Each person found is painted over before the next search, first in the whole picture and then, while nobody
-        was found, in wider ones (`persistent`) and in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
+        was found, in wider ones (`one_wider`) and in overlapping tiles of a half, a quarter and an eighth of its longer side: mediapipe overlooks people under a
         third of its picture.
         """
         import cv2
 
         found = self._search(picture, limit)
-        if not found and (person := self.persistent(picture)) is not None and person.area > _CONSPICUOUS * picture.shape[0] * picture.shape[1]:
+        if not found and (person := self.one_wider(picture)) is not None and person.area > _CONSPICUOUS * picture.shape[0] * picture.shape[1]:
             found.append(person)
         size = (picture.shape[1], picture.shape[0])
         full = picture if full is None else full

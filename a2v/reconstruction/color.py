@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import PARTS
+from a2v.body.parts import on_parts
 from a2v.body.spots import Spots
 from a2v.errors import InputError
 from a2v.geometry.images import nearest_known, sample_image
@@ -114,7 +114,8 @@ def color_surface(
     normals = vertex_normals(surface.vertices, faces)
     photo = _Projection(surface, subject, camera)
     seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
-    known = (photo.trust(vertices, normals) > 0.5) & seen
+    trust = photo.trust(vertices, normals)
+    known = (trust > 0.5) & seen
     if not known.any():
         raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
     report(1, 4)
@@ -133,7 +134,7 @@ def color_surface(
     near = _nearest_vertices(vertices, settings.neighbors)
     continued = None
     if settings.synthesis and spots is not None:
-        continued = _continued(photo, vertices, faces, normals, colors, expected, known=known, spots=spots, neighbors=near)
+        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
@@ -187,6 +188,7 @@ def _continued(
     colors: FloatArray,
     expected: FloatArray,
     *,
+    trust: FloatArray,
     known: BoolArray,
     spots: Spots,
     neighbors: IntArray,
@@ -195,8 +197,8 @@ def _continued(
     pixels = photo.camera.project(vertices)
     face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
     if skin is None:  # who turns away shows hands
-        skin = skin_of_hands(colors[known & np.isin(spots.parts, [PARTS.index(name) for name in HANDS])])
-    square = known & (photo.trust(vertices, normals) > 0.9)  # at a glance the background, and what is before, shines in
+        skin = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
+    square = known & (trust > 0.9)  # at a glance the background, and what is before, shines in
     seen = Seen(
         vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
         front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
@@ -237,7 +239,7 @@ def _check_given(count: int, prior: FloatArray | None, spots: Spots | None, sett
 
 def _head(spots: Spots | None) -> BoolArray | None:
     """Which vertices (V,) are of head and neck; None where the spots are not known."""
-    return None if spots is None else np.isin(spots.parts, [PARTS.index("head"), PARTS.index("neck")])
+    return None if spots is None else on_parts(spots.parts, "head", "neck")
 
 
 def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArray, reach: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from a2v.body.parts import PARTS
+from a2v.body.parts import PARTS, on_parts
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
@@ -92,7 +92,7 @@ class Seen:
 
     def on(self, *names: str) -> BoolArray:
         """Which vertices (V,) lie on the parts of these names."""
-        return np.asarray(np.isin(self.parts, [PARTS.index(name) for name in names]))
+        return on_parts(self.parts, *names)
 
 
 LIMBS: tuple[tuple[str, ...], ...] = (
@@ -111,7 +111,7 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
 
     front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
     for names in LIMBS:
-        own = np.isin(parts, [PARTS.index(name) for name in names])
+        own = on_parts(parts, *names)
         shown = np.flatnonzero(own & known)
         if len(shown) >= 20:
             front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.body.parts import PARTS
+from a2v.body.parts import on_parts
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.columns import columns_seen, front_seen
 from a2v.types import BoolArray, FloatArray, IntArray
@@ -49,8 +49,7 @@ class LegColumns:
         """Of a body's skin (S, 3), faces (G, 3) and parts (S,) on a grid."""
 
         def of_parts(*names: str) -> IntArray:
-            wanted = np.isin(parts, [PARTS.index(name) for name in names])
-            return np.asarray(faces[wanted[faces].all(axis=1)])
+            return np.asarray(faces[on_parts(parts, *names)[faces].all(axis=1)])
 
         left, right = (np.isfinite(front_seen(skin, of_parts(f"{side}_thigh", f"{side}_shin"), grid)) for side in ("left", "right"))
         return cls(left, right, *columns_seen(skin, of_parts(*_LOWER), grid), grid.cell)

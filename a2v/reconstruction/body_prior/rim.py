@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.body.parts import PARTS
+from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import Cholesky, vertex_normals
 from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.columns import binary_distance, front_seen, sample_columns
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
-from a2v.types import BoolArray, FloatArray, IntArray
+from a2v.types import FloatArray, IntArray
 
 
 class SkinDeformer:
@@ -104,9 +104,7 @@ def pull_to_contour(
 
 def drape(skin: FloatArray, faces: IntArray, parts: IntArray, deformer: SkinDeformer, bare: FloatArray) -> FloatArray:
     """Smooth the forms of the body where cloth was pushed away from it: a loose jacket shows no navel."""
-    covered: BoolArray = np.isin(
-        parts, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh", "left_upper_arm", "right_upper_arm")]
-    )
+    covered = on_parts(parts, "torso", "left_thigh", "right_thigh", "left_upper_arm", "right_upper_arm")
     normals = vertex_normals(bare, faces)
     stand_off = np.clip(((skin - bare) * normals).sum(axis=1), 0, None)
     every = np.full(len(skin), 10.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from a2v.body.parts import PARTS
+from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.images import nearest_known
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.volume import Grid
@@ -60,7 +60,7 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
     from scipy.spatial import cKDTree
 
     normals = vertex_normals(bare, faces)
-    trunk = np.nonzero(np.isin(parts, [PARTS.index(name) for name in ("torso", "left_thigh", "right_thigh")]))[0]
+    trunk = np.nonzero(on_parts(parts, "torso", "left_thigh", "right_thigh"))[0]
     if len(trunk) == 0:
         return field
     torso = parts == PARTS.index("torso")
@@ -68,7 +68,7 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
     field = field.copy()
     for side in ("left", "right"):
         upper = parts == PARTS.index(f"{side}_upper_arm")
-        arm = np.nonzero(upper | np.isin(parts, [PARTS.index(f"{side}_{name}") for name in ("lower_arm", "hand")]))[0]
+        arm = np.nonzero(upper | on_parts(parts, f"{side}_lower_arm", f"{side}_hand"))[0]
         hole = faces[upper[faces].any(axis=1) & torso[faces].any(axis=1)]
         if len(arm) == 0 or len(hole) == 0:
             continue

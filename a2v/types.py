@@ -15,9 +15,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from a2v.camera import Camera as Camera
+from a2v.camera import OrthographicCamera as OrthographicCamera
+from a2v.camera import PhotoCamera as PhotoCamera
 from a2v.errors import InputError
 from a2v.face import Face as Face
 from a2v.record import Record
+from a2v.standing import Standing as Standing
 
 FloatArray = NDArray[np.floating[Any]]
 IntArray = NDArray[np.integer[Any]]
@@ -26,6 +30,9 @@ BoolArray = NDArray[np.bool_]
 
 VIEWS: tuple[str, ...] = ("front", "back", "left", "right")
 """The paper's four views. More are `a2v.rendering.CameraPath`'s: a turntable and the user's own."""
+
+MATERIALS: tuple[str, ...] = ("skin", "hair", "cloth", "eyes", "mouth")
+"""What a person is made of, as engines shade it."""
 
 NAME_PATTERN = r"[A-Za-z0-9][\w-]{0,63}"
 """Regular expression of names that become names of files."""
@@ -92,6 +99,8 @@ class Motion(Record):
             raise InputError(f"Motion has {len(self.joint_names)} joint names for {sizes['J']} joints")
         if sizes["T"] < 1:
             raise InputError("Motion has no frames")
+        if 0 in self.batch:
+            raise InputError(f"Motion is a batch of {' x '.join(map(str, self.batch))} clips; expected at least one")
         if not (np.isfinite(self.fps) and self.fps > 0):
             raise InputError(f"Motion.fps is {self.fps}; expected a positive number")
         if self.given_frames is not None and not 0 <= self.given_frames <= sizes["T"]:
@@ -121,35 +130,6 @@ class Motion(Record):
         kept = {name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))] for name in ("joints", "rotations", "root")}
         given = None if self.given_frames is None else min(self.given_frames, frames)
         return dataclasses.replace(self, **kept, given_frames=given)
-
-
-@dataclass(frozen=True, kw_only=True)
-class OrthographicCamera(Record):
-    """The photo's camera: on +z, looking down -z, orthographic (weak perspective).
-
-    A point (x, y, z) in metres lands on the pixel ``u = center_u + scale * x``, ``v = center_v - scale * y``,
-    with u to the right, v downwards and the centre of the first pixel at (0.5, 0.5). Larger z is nearer.
-
-    Attributes
-    ----------
-    scale : float
-        Pixels per metre.
-    center_u, center_v : float
-        Pixel of the world's origin.
-    """
-
-    scale: float
-    center_u: float
-    center_v: float
-
-    def project(self, points: FloatArray) -> FloatArray:
-        """Map points (..., 3) metres to pixels (..., 2)."""
-        return np.stack([self.center_u + self.scale * points[..., 0], self.center_v - self.scale * points[..., 1]], axis=-1)
-
-    def unproject(self, pixels: FloatArray, depth: FloatArray | float) -> FloatArray:
-        """Map pixels (..., 2) at `depth` (z, metres) to points (..., 3)."""
-        x, y = (pixels[..., 0] - self.center_u) / self.scale, (self.center_v - pixels[..., 1]) / self.scale
-        return np.stack([x, y, np.broadcast_to(depth, x.shape)], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,6 +211,8 @@ class Subject(Record):
         that hand was seen, else 0; None where neither was.
     bodymap : BodyMap or None
         What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where it was not asked.
+    focal_length : float or None
+        That the photo's file tells, as for 35 mm film, millimetres.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -245,6 +227,7 @@ class Subject(Record):
     face: FloatArray | None = None
     hands: FloatArray | None = None
     bodymap: BodyMap | None = None
+    focal_length: float | None = None
 
     def __post_init__(self) -> None:
         self._check("image", (None, None, 3))
@@ -277,6 +260,12 @@ class Surface(Record):
         The fitted body's vertex that each is, -1 for none: hands are the body's own.
     face : Face or None
         Its expressions, where the photo shows a face from before.
+    standing : Standing or None
+        The same mesh in the body's rest pose, of canonical characters; the face's offsets are then of that pose.
+    normal_map : (H, W, 3) uint8 or None
+        Detail that the vertices lack: normals in the tangent space of `a2v.geometry.normal_map.corner_tangents`, as glTF keeps them; goes with `uv`.
+    materials : (F,) uint8 or None
+        What each face is made of, an index into `MATERIALS`.
     """
 
     vertices: FloatArray
@@ -287,12 +276,18 @@ class Surface(Record):
     visible: BoolArray | None = None
     twins: IntArray | None = None
     face: Face | None = None
+    standing: Standing | None = None
+    normal_map: ByteArray | None = None
+    materials: IntArray | None = None
 
     def __post_init__(self) -> None:
-        sizes: dict[str, int] = {}
+        sizes: dict[str, int] = {"materials": len(MATERIALS)}
         self._check("vertices", ("V", 3), sizes)
         self._check("faces", ("F", 3), sizes, below="V")
         self._check("colors", ("V", 3), sizes)
+        self._check("materials", ("F",), sizes, below="materials")
+        if self.normal_map is not None and self.uv is None:
+            raise InputError("Surface.normal_map needs uv")
         if (self.uv is None) != (self.texture is None):
             raise InputError("Surface needs both uv and texture, or neither")
         self._check("uv", ("F", 3, 2), sizes)
@@ -300,6 +295,8 @@ class Surface(Record):
         self._check("twins", ("V",), sizes, least=-1)
         if self.face is not None:
             self.face.check_vertices(sizes["V"])
+        if self.standing is not None and len(self.standing.vertices) != sizes["V"]:
+            raise InputError(f"Surface.standing has {len(self.standing.vertices)} vertices; expected the surface's {sizes['V']}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,7 +308,7 @@ class Reconstruction(Record):
     surface : Surface
         Closed, in the frame of the photo's camera; its own colours mean nothing yet.
     backend : str
-        Which made it, a name in `a2v.reconstruction.backends.BACKENDS`.
+        Which made it, a name in `a2v.reconstruction.backends.NAMES`.
     from_body : bool
         Whether the surface is the fitted body itself, pushed out: a fit to it finds nothing new.
     expected_colors : (V, 3) float32 or None

@@ -12,9 +12,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from a2v.datasets import load_dataset
-from a2v.evaluation.classifier import load_evaluator
 from a2v.kinematics.ground import face_forward, first_heading, yaw_to_rotmat
+from a2v.lab.datasets import load_dataset
+from a2v.lab.evaluation.classifier import load_evaluator
 from a2v.motion import MotionModel
 from a2v.types import FloatArray
 

@@ -1,6 +1,6 @@
 """How far off in depth landmarks are, before the fit and after it: `python -m benchmarks.depth --studio FOLDER [--fits] [--panel development]`.
 
-People in action whose truth is known (`a2v.evaluation.reconstruction.panels`), found by a2v's perception. By class of pose: mean errors in
+People in action whose truth is known (`a2v.lab.evaluation.reconstruction.panels`), found by a2v's perception. By class of pose: mean errors in
 depth of the landmarks of trunk, head, arms and legs, relative to the trunk's, in cm. First those of perception (seconds a photo); with
 ``--fits`` also those of the fit, and of a fit that is given the true depths of all 33 landmarks: what better depths could bring at most. Of
 the fits also the naked body's aligned Chamfer distance to the dressed truth, cm. Needs ``$A2V_DATA`` with avatars and motions.
@@ -18,8 +18,8 @@ import numpy as np
 
 from a2v.body import fit_body
 from a2v.body.limbs import LIMBS, TRUNK
-from a2v.evaluation.reconstruction import PANELS, BenchmarkSettings, Truth, open_case, open_studio
-from a2v.evaluation.reconstruction.cases import Case
+from a2v.lab.evaluation.reconstruction import PANELS, BenchmarkSettings, Truth, open_case, open_studio
+from a2v.lab.evaluation.reconstruction.cases import Case
 from a2v.perception import find_person
 from a2v.perception.depth import HIPS, picture_plane
 from a2v.types import FloatArray, Subject

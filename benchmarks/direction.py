@@ -14,10 +14,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from a2v.evaluation.classifier import Evaluator, load_evaluator
-from a2v.evaluation.physics import physics_metrics
 from a2v.kinematics.ground import face_forward, heading
 from a2v.kinematics.resample import resample_motion
+from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
+from a2v.lab.evaluation.physics import physics_metrics
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.prompts import Step

@@ -342,14 +342,13 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
     from pipelines.batch.results import write_job
     from pipelines.batch.rows import Row
     from pipelines.batch.tasks import Planner, perform, recall, steps_of
-    from pipelines.inputs import LookOptions, MovingStages
-    from pipelines.motion_options import MotionOptions
-    from pipelines.store import Store
+    from pipelines.engine.store import Store
+    from pipelines.requests.video import VideoRequest
 
     store = Store(folder / "store")
-    planner = Planner(store, MovingStages())
-    look, motion = LookOptions(views="front", size=given.size, spp=1), MotionOptions(action="Walk", frames=given.frames)
-    first = planner.job(Row(number=0, photo=str(SAMPLE), motion=motion, look=look))
+    planner = Planner(store)
+    asked = VideoRequest.of(photo=SAMPLE, action="Walk", frames=given.frames, views="front", size=given.size, spp=1)
+    first = planner.job(Row(number=0, request=asked))
     for task in first.tasks:
         if problem := perform(task, store, {}).problem:
             raise SystemExit(problem)
@@ -360,7 +359,7 @@ def memory(given: argparse.Namespace, folder: Path) -> dict[str, Any]:
         begun = time.perf_counter()
         for number in range(given.memory):
             if who == "driver":
-                job = planner.job(Row(number=number, name=f"n{number % 20}", photo=str(SAMPLE), motion=motion, look=look))
+                job = planner.job(Row(number=number, name=f"n{number % 20}", request=asked))
                 result = recall(job.tasks[-1], store)
                 assert result is not None
                 write_job(folder / "out", job, result, store)

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from a2v.body import fit_body, load_body_model
+from a2v.lab.studio.avatar_files import list_avatars, load_avatar
+from a2v.lab.studio.avatars import a_pose
+from a2v.lab.studio.portrait import PortraitSettings, take_portrait
 from a2v.perception import find_person
-from a2v.studio.avatar_files import list_avatars, load_avatar
-from a2v.studio.avatars import a_pose
-from a2v.studio.portrait import PortraitSettings, take_portrait
 from a2v.types import OrthographicCamera
 
 JOINTS = {

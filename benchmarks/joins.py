@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from a2v.evaluation.classifier import load_evaluator
 from a2v.kinematics.ground import face_forward, heading
+from a2v.lab.evaluation.classifier import load_evaluator
 from a2v.motion import MotionModel
-from a2v.motion.samplers import CHANGE_SECONDS, ENDING_FRAMES
+from a2v.motion.window_sampler import CHANGE_SECONDS, ENDING_FRAMES
 from a2v.types import FloatArray
 
 EVALUATORS = {"cmu": "action_recognition_model_mocap_new.tar", "humanact12": "action_recognition_model_humanact12.tar"}
@@ -37,7 +37,7 @@ def transitions(name: str, data: Path, clips: int) -> tuple[float, float, float]
         for other in range(len(model.actions)):
             labels = np.repeat([one, other], [first, window])
             if one != other:
-                made, _ = model.generate(np.tile(labels, (clips, 1)), np.tile(model.bone_lengths, (clips, 1)), generator, anew=True)
+                made, _ = model.generate(np.tile(labels, (clips, 1)), np.tile(model.bone_lengths, (clips, 1)), generator, fresh=True)
                 for found, begun in ((changed, 0), (faded, fade)):
                     found += (evaluator(_like_data(model, made[:, first + begun :], other, generator, begun))[1] == other).tolist()
         made, _ = model.generate(np.full((4 * clips, window), one), np.tile(model.bone_lengths, (4 * clips, 1)), generator)

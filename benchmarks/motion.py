@@ -36,14 +36,14 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
-from a2v.datasets import ActionDataset, ClipSampler
 from a2v.io import atomic_path
 from a2v.kinematics import HUMANACT12, Skeleton, forward_kinematics
+from a2v.lab.datasets import ActionDataset, ClipSampler
+from a2v.lab.motion.losses import gaussian_kl
+from a2v.lab.motion.networks import DECODERS, GaussianGRU, VAESettings
+from a2v.lab.motion.training import TrainSettings, start
+from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import BUNDLED
-from a2v.motion.losses import gaussian_kl
-from a2v.motion.networks import DECODERS, GaussianGRU, VAESettings
-from a2v.motion.training import TrainSettings, start
-from a2v.motion.vae import MotionVAE
 from a2v.processes import python_command
 from a2v.sessions import WEIGHTS
 from export.motion import export_motion

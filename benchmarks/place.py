@@ -20,10 +20,10 @@ from a2v.perception.paint_out import in_photo
 from a2v.rendering import Renderer
 from a2v.rendering.place import Place, square, square_mask, without_light
 from a2v.types import Character, RenderSettings, Subject, Surface
+from pipelines.engine.store import Store
 from pipelines.graph import video_graph
-from pipelines.inputs import video_parameters
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 
 def measure(photo: Path, size: int, sheets: Path | None) -> str:
@@ -33,7 +33,7 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
 
     store = Store()
     started = time.process_time()
-    parameters = video_parameters(store, photo, "Walk", render=RenderSettings(size=size))
+    parameters = video_parameters(store, photo, "Walk", size=size)
     outcome = run(["place", "shown", "character", "subject"], graph=video_graph(), store=store, **parameters)
     place, person, subject = (outcome.get(name, kind) for name, kind in (("place", Place), ("character", Character), ("subject", Subject)))
     surface = without_light(outcome.get("shown", Surface), place.light)

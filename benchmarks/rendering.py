@@ -27,9 +27,9 @@ import numpy as np
 
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.io import atomic_path
+from a2v.lab.studio.avatar_files import load_avatar
+from a2v.lab.studio.avatars import a_pose
 from a2v.rendering import Renderer, SceneSettings, ViewCamera, follow_cameras
-from a2v.studio.avatar_files import load_avatar
-from a2v.studio.avatars import a_pose
 from a2v.types import RenderSettings, Surface
 
 ROOT = Path(__file__).resolve().parent.parent

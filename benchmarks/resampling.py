@@ -15,10 +15,10 @@ from unittest import mock
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator, make_interp_spline
 
-from a2v.evaluation.physics import floor_height, foot_slide
 from a2v.formats import read_bvh
 from a2v.kinematics import resample
 from a2v.kinematics.names import canonical_joints
+from a2v.lab.evaluation.physics import floor_height, foot_slide
 from a2v.types import FloatArray, Motion
 
 WAYS = {

@@ -19,12 +19,12 @@ import numpy as np
 
 from a2v.animation import RetargetSettings, retarget
 from a2v.body import load_body_model, make_body
-from a2v.datasets import load_cmu, load_humanact12
-from a2v.evaluation.physics import physics_metrics
-from a2v.evaluation.retargeting import measure_retargeting
 from a2v.formats import read_motion
 from a2v.io import atomic_path
 from a2v.kinematics.resample import resample_motion
+from a2v.lab.datasets import load_cmu, load_humanact12
+from a2v.lab.evaluation.physics import physics_metrics
+from a2v.lab.evaluation.retargeting import measure_retargeting
 from a2v.types import Motion
 
 COLUMNS = ("error", "plain_error", "skating", "penetration", "hover")

@@ -83,22 +83,25 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     from pipelines.batch.rows import Row, read_rows
     from pipelines.batch.schedule import Schedule
     from pipelines.batch.tasks import Job, Planner, Result, Task
+    from pipelines.engine.remote import Remote
+    from pipelines.engine.store import Store
     from pipelines.graph import video_graph
-    from pipelines.inputs import LookOptions, MovingStages, RunOptions
-    from pipelines.motion_options import MotionOptions
+    from pipelines.inputs import RunOptions
     from pipelines.options import parse
-    from pipelines.remote import Remote
-    from pipelines.store import Store
+    from pipelines.requests.person import PersonStages
+    from pipelines.requests.video import VideoRequest
 
     photos = write_jobs(given.folder, 2, 1).parent
     for number in range(given.people):
         Image.open(SAMPLE).point(lambda value, more=number: min(value + more, 255)).save(photos / f"p{number}.png")
     rows = [f"p{p}.png,{ACTIONS[a]}" for p in range(given.people) for a in range(given.actions)]
     (photos / "jobs.csv").write_text("\n".join(["photo,action", *rows, ""]))
-    read = read_rows(photos / "jobs.csv", MotionOptions(frames=given.frames), LookOptions(views="front", size=given.size, spp=1))
-    few = read[: given.sample * given.actions]
     words = list(map(str, LIGHT)) if given.light else []
-    stages = parse(MovingStages, words, command="scale", about="people", examples="") if words else MovingStages()
+    stages = parse(PersonStages, words, command="scale", about="people", examples="") if words else PersonStages()
+    person = stages.with_photo("")
+    asked = VideoRequest(person=person).changed(frames=given.frames, views="front", size=given.size, spp=1)
+    read = read_rows(photos / "jobs.csv", asked)
+    few = read[: given.sample * given.actions]
     requests: Counter[str] = Counter()
     sent: Counter[str] = Counter()
     now = ["person"]
@@ -108,7 +111,7 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
     def go(name: str, rows: list[Row], executor: str, workers: int) -> tuple[float, dict[str, list[float]], float]:
         private = [step.node.name for step in video_graph() if "t" in step.axes]
         store = Store(f"file://{given.folder.absolute()}/objects-{name}", private)
-        planner = Planner(store, stages)
+        planner = Planner(store)
         jobs: dict[str, Job] = {job.tasks[-1].key: job for job in map(planner.job, rows)}
         spent: dict[str, list[float]] = {"person": [], "motion": [], "video": []}
         writing = [0.0]
@@ -154,8 +157,8 @@ def measure(given: argparse.Namespace) -> dict[str, Any]:
 
 def overhead(folder: Path, nodes: int) -> dict[str, Any]:
     """Processor time of a graph of about `nodes` nodes, computed and then remembered; small numbers, in the shape of the real graph."""
-    from pipelines.run import run
-    from pipelines.store import Store
+    from pipelines.engine.run import run
+    from pipelines.engine.store import Store
     from tests.support.numbers import GRAPH, Scale
 
     views, spent = (0, 1, 2, 3), []

@@ -16,12 +16,12 @@ import numpy as np
 
 from a2v.body import FitResult, fit_body, nearest_parts
 from a2v.body.parts import PARTS
-from a2v.evaluation.reconstruction import PANELS, open_case, open_studio
-from a2v.evaluation.reconstruction.cases import Case
-from a2v.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import vertex_normals
+from a2v.lab.evaluation.reconstruction import PANELS, open_case, open_studio
+from a2v.lab.evaluation.reconstruction.cases import Case
+from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.perception import find_person
 from a2v.reconstruction import ColorSettings
 from a2v.reconstruction.backends import backend_of, color_by_photo

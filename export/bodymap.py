@@ -16,11 +16,11 @@ import torch
 from torch import Tensor, nn
 
 from a2v.errors import InputError
+from a2v.lab.bodymap.networks import MAPS, SIDE, BodyMapNetwork
+from a2v.lab.bodymap.training import initial_folder, load_network, stored_weights
+from a2v.lab.untracing import fill
 from a2v.perception.bodymap import FILE, FORMAT
-from a2v.reconstruction.bodymap.networks import MAPS, SIDE, BodyMapNetwork
-from a2v.reconstruction.bodymap.training import initial_folder, load_network, stored_weights
 from a2v.tracing import to_onnx
-from a2v.untracing import fill
 from export.storage import round_to_stored, save_model, shrink
 
 INPUTS, OUTPUTS = ("picture",), ("points", "log_scales", "maps")
@@ -48,7 +48,7 @@ def export_bodymap(
     initial: str = "",
     extra: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write `FILE` of a run of `a2v.reconstruction.bodymap.training` into `folder`, from its averaged weights; returns its path.
+    """Write `FILE` of a run of `a2v.lab.bodymap.training` into `folder`, from its averaged weights; returns its path.
 
     Parameters
     ----------

@@ -16,12 +16,12 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
-from a2v.datasets import ActionDataset, ClipSampler
 from a2v.kinematics import bones_to_rotvecs
 from a2v.kinematics.ground import face_forward, first_heading
+from a2v.lab.datasets import ActionDataset, ClipSampler
+from a2v.lab.motion.flow import GUIDANCE, FlowModel
 from a2v.motion.card import WINDOW_FORMAT
 from a2v.motion.features import ROOT_WEIGHT, window_features
-from a2v.motion.flow import GUIDANCE, FlowModel
 from a2v.tracing import to_onnx
 from export.motion import demand_temperature, describe_data
 from export.storage import round_to_stored, save_model, shrink

@@ -21,12 +21,11 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
-from a2v.datasets import ActionDataset
 from a2v.errors import InputError
 from a2v.kinematics import inverse_kinematics
 from a2v.kinematics.gradient import Exponentials, bone_ends, chain_frames, joint_positions
-from a2v.motion.card import STATE_NAMES, STEP_FORMAT
-from a2v.motion.fused import (
+from a2v.lab.datasets import ActionDataset
+from a2v.lab.motion.fused import (
     generator_entry,
     generator_exit,
     gru_inputs,
@@ -36,7 +35,8 @@ from a2v.motion.fused import (
     velocity_entry,
     velocity_layers,
 )
-from a2v.motion.vae import MotionVAE
+from a2v.lab.motion.vae import MotionVAE
+from a2v.motion.card import STATE_NAMES, STEP_FORMAT
 from a2v.tracing import OPSET, to_onnx
 from export.storage import SMALLEST_HALF, round_to_stored, save_model, shrink
 

@@ -15,10 +15,10 @@ import onnx
 import torch
 from torch import Tensor, nn
 
+from a2v.lab.surface.networks import GUIDE_CHANNELS, PHOTO_CHANNELS, Painter, point_values
+from a2v.lab.surface.training import Detail, Shape, load_networks
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE
 from a2v.reconstruction.implicit.model import COLORS_FILE, FIELD_FILE, FORMAT, MAPS_FILE
-from a2v.reconstruction.implicit.networks import GUIDE_CHANNELS, PHOTO_CHANNELS, Painter, point_values
-from a2v.reconstruction.implicit.training import Detail, Shape, load_networks
 from a2v.tracing import to_onnx
 from export.storage import round_to_stored, save_model, shrink
 
@@ -73,7 +73,7 @@ class ColorsGraph(nn.Module):
 def export_reconstruction(
     run: str | os.PathLike[str], folder: str | os.PathLike[str], *, licence: str, extra: Mapping[str, Any] | None = None
 ) -> tuple[Path, ...]:
-    """Write the three files of a run of `a2v.reconstruction.implicit.training` into `folder`; returns their paths.
+    """Write the three files of a run of `a2v.lab.surface.training` into `folder`; returns their paths.
 
     Parameters
     ----------

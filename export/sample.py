@@ -25,7 +25,11 @@ import numpy as np
 
 CLIPS_AT_ONCE = 250
 """Clips of one run of the graph: more are made in parts, which takes less memory and is no slower."""
+MOST = 10_000
+"""Frames, and numbers of a noise vector, that a model may say it has."""
 FORMATS = ("a2v-motion/1", "a2v-flow/1")
+LOGISTIC = 1.702
+"""The logistic function of this times a normal number is evenly spread over [0, 1], to a hundredth."""
 STATES = ("previous", "prior", "low", "high", "trajectory")
 
 
@@ -46,6 +50,12 @@ class Model:
             self.session = onnxruntime.InferenceSession(os.fspath(path), options, providers=["CPUExecutionProvider"])
             self.metadata = json.loads(self.session.get_modelmeta().custom_metadata_map["a2v"])
             whole = self.metadata["format"] in FORMATS and {"actions", "fps", "frames", "skeleton", "bone_lengths"} <= set(self.metadata)
+            takes = {item.name: item.shape[-1] for item in self.session.get_inputs()}
+            joints = len(self.metadata["skeleton"]["parents"])
+            sizes = {"noise": self.metadata["latent_size"], "bone_lengths": joints}
+            fits = all(takes.get(name) == size for name, size in sizes.items()) and len(self.metadata["bone_lengths"]) == joints
+            windows = self.metadata["format"] != "a2v-flow/1" or 1 <= self.metadata["window_frames"] <= MOST
+            whole = whole and fits and windows and sizes["noise"] <= MOST and 1 <= self.metadata["frames"] <= MOST
         except Exception as error:  # onnxruntime and json raise many kinds for a foreign file
             raise ValueError(f"{path} is no motion model of a2v ({type(error).__name__}); give an .onnx file that a2v exported") from None
         if not whole:
@@ -105,33 +115,40 @@ class Model:
 
     def _windows(self, labels: np.ndarray, lengths: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """A model that makes whole windows; each goes on from the last frames of the one before."""
-        meta, count = self.metadata, len(lengths)
-        given = meta["context_frames"]
-        joints = rotations = np.zeros((count, 0, lengths.shape[1], 3), np.float32)
-        for end in [*(np.flatnonzero(labels[1:] != labels[:-1]) + 1), len(labels)]:
-            shares = meta["active"][labels[end - 1]]
-            middle = shares[(len(shares) - 1) // 2]  # how much of a window such clips move: the 90 % quantile, the median of short ones
-            share = np.float32(middle if middle < 0.3 else shares[int(0.9 * (len(shares) - 1))])
-            usable = max(round(float(share) * meta["window_frames"]), given + 4)
-            while joints.shape[1] < end:
-                following = joints.shape[1] > 0
-                context = np.zeros((count, given, lengths.shape[1], 3), np.float32)
+        meta, count, frames = self.metadata, len(lengths), len(labels)
+        given, window = meta["context_frames"], meta["window_frames"]
+        joints = np.zeros((count, frames, lengths.shape[1], 3), np.float32)
+        rotations, at = joints.copy(), np.zeros(count, np.int64)  # and how many frames each clip has
+        for end in [*(np.flatnonzero(labels[1:] != labels[:-1]) + 1), frames]:
+            shares = np.asarray(meta["active"][labels[end - 1]], np.float32)
+            while (rows := np.flatnonzero(at < end)).size:
+                following = bool(at[rows].min() > 0)
+                noise = generator.standard_normal((count, meta["latent_size"]), dtype=np.float32)[rows]
+                # how much of a window such clips move is drawn by the last number of the noise; what is gone on with is one of the longer half
+                first = len(shares) // (2 if following else 20)
+                even = 1 / (1 + np.exp(-LOGISTIC * noise[:, -1].astype(np.float64)))
+                share = shares[first + (even * (len(shares) - first)).astype(np.int64)]
+                usable = np.maximum(np.round(share * window).astype(np.int64), given + 4)
+                context = np.zeros((len(rows), given, lengths.shape[1], 3), np.float32)
                 if following:
-                    context = joints[:, np.maximum(np.arange(-given, 0) + joints.shape[1], 0)]
+                    context = joints[rows[:, None], np.maximum(at[rows][:, None] + np.arange(-given, 0), 0)]
                 feed: dict[str, np.ndarray] = {
-                    "noise": generator.standard_normal((count, meta["latent_size"]), dtype=np.float32),
-                    "actions": np.full(count, labels[end - 1], np.int64),
-                    "active": np.full(count, share, np.float32),
+                    "noise": noise,
+                    "actions": np.full(len(rows), labels[end - 1], np.int64),
+                    "active": share,
                     "context": context,
-                    "has_context": np.full(count, following, np.float32),
-                    "bone_lengths": lengths,
+                    "has_context": np.full(len(rows), following, np.float32),
+                    "bone_lengths": lengths[rows],
                 }
                 new, rotated = self._run(feed)
-                skip, left = given if following else 0, end - joints.shape[1]
+                new = new + context[:, :1, :1]
+                skip, left = given if following else 0, end - at[rows]
                 # a window that is gone on from does without its last two frames, in which clips come to rest
-                take = slice(skip, skip + left if left <= usable - skip else max(usable - 2, given + 4))
-                joints = np.concatenate([joints, (new + context[:, :1, :1])[:, take]], axis=1)
-                rotations = np.concatenate([rotations, rotated[:, take]], axis=1)
+                take = np.where(left <= usable - skip, left, np.maximum(usable - 2, given + 4) - skip)
+                clip, frame = np.nonzero(np.arange(window) < take[:, None])
+                joints[rows[clip], at[rows][clip] + frame] = new[clip, skip + frame]
+                rotations[rows[clip], at[rows][clip] + frame] = rotated[clip, skip + frame]
+                at[rows] += take
         return joints, rotations
 
 
@@ -272,8 +289,8 @@ def main(arguments: list[str] | None = None) -> int:
         if options.out is None or options.out.suffix not in (".npz", ".bvh"):
             raise ValueError("give --out F.npz or --out F.bvh")
         frames = meta["frames"] if options.frames is None else options.frames
-        if not 1 <= frames <= 10_000 or not 1 <= options.count <= 1_500_000 // frames:
-            raise ValueError("--frames must be 1 to 10000, --count at least 1, and both together at most 1500000 frames")
+        if not 1 <= frames <= MOST or not 1 <= options.count <= min(MOST, 1_500_000 // frames):
+            raise ValueError(f"--frames and --count must be 1 to {MOST}, and both together at most 1500000 frames")
         if options.seed < 0:
             raise ValueError(f"--seed is {options.seed}; expected 0 or more")
         clips = model.sample(options.action, frames, options.count, options.seed, options.bone_scale)
@@ -303,8 +320,16 @@ def main(arguments: list[str] | None = None) -> int:
         print(options.out)
         return 0
     except (ValueError, OSError) as error:
-        print(f"sample.py: {error}", file=sys.stderr)
-        return 2
+        return refused(str(error))
+    except Exception as error:  # a foreign graph raises many kinds, and its description may lack anything
+        return refused(f"{options.model} cannot be used ({type(error).__name__}: {error}); give an .onnx file that a2v exported")
+
+
+def refused(why: str) -> int:
+    """Say `why` in a line of the terminal; returns the exit code."""
+    text = " ".join(why.split())
+    print("sample.py:", "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)[:600], file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@
 # and what it needs, and remembers it, so that each cell only adds its own step. Change a parameter and run the cells again: only what depends on it is computed.
 
 # %%
+import dataclasses
 import os
 import warnings
 
@@ -26,13 +27,13 @@ import numpy as np
 from IPython.display import display
 
 import a2v
-from a2v import Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
+from a2v import Character, Motion, PhotoCamera, Subject, Surface
 from a2v.types import Body
-from pipelines.inputs import video_parameters
+from pipelines.engine.progress import Bars
+from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Image, Poses
-from pipelines.progress import Bars
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -46,10 +47,10 @@ PHOTO = "../a2v/samples/person.jpg"
 ACTION = "Walk"
 SEED = 0
 FRAMES = 4 if SMALL else 48
-RENDER = RenderSettings(size=64, spp=1, views=("front", "left")) if SMALL else RenderSettings(size=256, spp=8)
+FILM = {"size": 64, "spp": 1, "views": ("front", "left")} if SMALL else {"size": 256}  # as on the command line
 
 store = Store()  # the folder of remembered results: $A2V_CACHE, else ~/.cache/a2v
-parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, render=RENDER)
+parameters = video_parameters(store, PHOTO, ACTION, frames=FRAMES, seed=SEED, **FILM)
 
 
 def compute(*names):
@@ -83,7 +84,7 @@ for ax, title in zip(axes, ("landmarks", "mask"), strict=True):
 
 # %%
 fitted = compute("photo_body", "photo_camera")
-body, camera = fitted.get("photo_body", Body), fitted.get("photo_camera", OrthographicCamera)
+body, camera = fitted.get("photo_body", Body), fitted.get("photo_camera", PhotoCamera)
 pixels = camera.project(body.vertices)
 plt.figure(figsize=(4, 5))
 plt.imshow(subject.image)
@@ -100,7 +101,7 @@ print({name: value for name, value in fitted.nodes["photo_body"].measures.items(
 from a2v.rendering import Renderer, follow_cameras
 
 surface = compute("colored").get("colored", Surface)
-looks = RenderSettings(size=RENDER.size, spp=RENDER.spp)
+looks = dataclasses.replace(parameters["render"], views=a2v.VIEWS)
 renderer = Renderer(surface, looks)
 still = follow_cameras(surface.vertices[None], looks)
 figure, axes = plt.subplots(1, 4, figsize=(12, 3.2))
@@ -145,7 +146,7 @@ frames = compute("frame")
 grid = frames.values["frame"]
 picks = np.linspace(0, len(grid) - 1, min(4, len(grid))).astype(int)
 figure, axes = plt.subplots(grid.shape[1], len(picks), figsize=(2.4 * len(picks), 2.4 * grid.shape[1]), squeeze=False)
-for row, view in zip(range(grid.shape[1]), RENDER.views, strict=True):
+for row, view in zip(range(grid.shape[1]), parameters["render"].views, strict=True):
     for column, t in enumerate(picks):
         axes[row, column].imshow(store.get(grid[t, row], Image).pixels)
         axes[row, column].set_title(f"{view}, frame {t}", fontsize=8)
@@ -164,7 +165,7 @@ a2v.show(bytes(result.get("video", Blob)), height=300)
 # The character is remembered: only motion, frames and video are new.
 
 # %%
-other = video_parameters(store, PHOTO, "Jump", frames=FRAMES, seed=SEED, render=RENDER)
+other = video_parameters(store, PHOTO, "Jump", frames=FRAMES, seed=SEED, **FILM)
 bars = Bars()
 second = run("video", store=store, progress=bars, **other)
 bars.close()
@@ -183,7 +184,7 @@ from a2v.motion import MotionModel
 
 def perform(action, seed, frames):
     """Show the person of the photo doing it."""
-    chosen = video_parameters(store, PHOTO, action, frames=frames, seed=seed, render=RENDER)
+    chosen = video_parameters(store, PHOTO, action, frames=frames, seed=seed, **FILM)
     display(a2v.show(bytes(run("glb", store=store, **chosen).get("glb", Blob)), title=f"{action}, seed {seed}"))
 
 

@@ -28,11 +28,11 @@ import numpy as np
 from IPython.display import Video, display
 
 from a2v import Motion
-from a2v.datasets import load_dataset
 from a2v.formats.bvh import write_bvh
 from a2v.kinematics import SKELETONS, bone_lengths, forward_kinematics, inverse_kinematics
+from a2v.lab.datasets import load_dataset
+from a2v.lab.datasets.generated import generated_dataset
 from a2v.motion import MotionModel
-from a2v.motion.applications import generated_dataset
 from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, project, save_stick_figures
 
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size

@@ -30,14 +30,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from IPython.display import display
 
-from a2v.datasets import ClipSampler, load_dataset
+from a2v.lab.datasets import ClipSampler, load_dataset
+from a2v.lab.datasets.generated import generated_dataset
+from a2v.lab.motion.flow import FlowSettings
+from a2v.lab.motion.flow_training import train_flow
+from a2v.lab.motion.networks import VAESettings
+from a2v.lab.motion.training import TrainSettings, train
+from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import MotionModel
-from a2v.motion.applications import generated_dataset
-from a2v.motion.flow import FlowSettings
-from a2v.motion.flow_training import train_flow
-from a2v.motion.networks import VAESettings
-from a2v.motion.training import TrainSettings, train
-from a2v.motion.vae import MotionVAE
 from a2v.rendering.stickfigure import StickSettings, plot_rows
 from export.flow import export_flow
 from export.motion import export_motion

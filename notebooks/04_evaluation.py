@@ -27,15 +27,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 from IPython.display import Markdown, display
 
-from a2v.datasets import load_dataset
-from a2v.evaluation.classifier import load_evaluator
-from a2v.evaluation.metrics import fid
-from a2v.evaluation.protocol import EvaluationSettings, evaluate, generator_of, markdown_table, recorded
-from a2v.evaluation.survey import REAL, SurveySettings, write_survey
-from a2v.evaluation.survey_answers import analyse, read_answers, read_key, survey_table, wilson_interval
-from a2v.evaluation.training import ClassifierSettings, train_classifier
+from a2v.lab.datasets import load_dataset
+from a2v.lab.datasets.generated import generated_dataset
+from a2v.lab.evaluation.classifier import load_evaluator
+from a2v.lab.evaluation.metrics import fid
+from a2v.lab.evaluation.protocol import EvaluationSettings, evaluate, generator_of, markdown_table, recorded
+from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
+from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table, wilson_interval
+from a2v.lab.evaluation.training import ClassifierSettings, train_classifier
 from a2v.motion import MotionModel
-from a2v.motion.applications import generated_dataset
 from a2v.rendering.stickfigure import StickSettings, plot_rows
 
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -133,7 +133,7 @@ figure.tight_layout()
 # Do feet slide, do they sink, does the motion jitter? Always beside recorded motions, for which these are never zero.
 
 # %%
-from a2v.evaluation.protocol import physics_table
+from a2v.lab.evaluation.protocol import physics_table
 
 display(Markdown(physics_table(scores)))
 

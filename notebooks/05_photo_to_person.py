@@ -25,15 +25,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
 
-from a2v import OrthographicCamera, Subject
+from a2v import PhotoCamera, Subject
+from a2v.body import flattened
 from a2v.reconstruction import ImplicitSettings, body_prior_surface, implicit_surface
 from a2v.reconstruction.backends import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import preview_surface
 from a2v.types import Body, Reconstruction
-from pipelines.inputs import photo_parameters
+from pipelines.engine.store import Store
+from pipelines.requests.video import photo_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -46,7 +47,8 @@ SIZE = 128 if SMALL else 320
 # %%
 outcome = run(["subject", "photo_body", "photo_camera"], store=Store(), **photo_parameters(Store(), "../a2v/samples/person.jpg"))
 subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
-camera = outcome.get("photo_camera", OrthographicCamera)
+camera = outcome.get("photo_camera", PhotoCamera)
+body, camera = flattened(body, camera), camera.flat  # as the photo's orthographic view would show the body
 model = ImplicitModel.load()
 person = model.see(subject, body, camera)
 print({name: model.metadata[name] for name in ("format", "licence")})

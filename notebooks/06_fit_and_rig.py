@@ -24,13 +24,13 @@ import warnings
 import matplotlib.pyplot as plt
 import numpy as np
 
-from a2v import OrthographicCamera, Subject, Surface
+from a2v import PhotoCamera, Subject, Surface
 from a2v.body import PARTS, fit_body, load_body_model, make_body
 from a2v.rendering.preview import preview_surface
 from a2v.types import Body
-from pipelines.inputs import photo_parameters
+from pipelines.engine.store import Store
+from pipelines.requests.video import photo_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -75,7 +75,7 @@ store = Store()
 parameters = photo_parameters(store, "../a2v/samples/person.jpg")
 outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **parameters)
 subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
-camera, surface = outcome.get("photo_camera", OrthographicCamera), outcome.get("colored", Surface)
+camera, surface = outcome.get("photo_camera", PhotoCamera), outcome.get("colored", Surface)
 measures = outcome.nodes["photo_body"].measures
 print({name: round(value, 4) for name, value in measures.items() if isinstance(value, float)})
 

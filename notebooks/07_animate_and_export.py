@@ -32,9 +32,9 @@ from a2v.formats.gltf import write_glb, write_morph_glb
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.rendering.preview import preview_surface
-from pipelines.inputs import photo_parameters
+from pipelines.engine.store import Store
+from pipelines.requests.video import photo_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size

@@ -29,10 +29,10 @@ from IPython.display import Video, display
 from a2v import Character, RenderSettings
 from a2v.geometry.colors import linear_to_srgb
 from a2v.rendering import CameraPath, Renderer, denoise, follow_cameras, read_cameras, write_video
-from pipelines.inputs import video_parameters
+from pipelines.engine.store import Store
 from pipelines.nodes.values import Vertices
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 warnings.simplefilter("ignore")  # of libraries, about their own future
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size

@@ -1,4 +1,4 @@
-"""A bar for one long call of the library (the graph's nodes have theirs in `pipelines.progress`)."""
+"""A bar for one long call of the library (the graph's nodes have theirs in `pipelines.engine.progress`)."""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from a2v.errors import A2VError
 from a2v.formats import fbx
+from a2v.formats.gltf import compression
 from a2v.io import shorten
 
 Status = Literal["works", "slow", "missing", "fails"]
@@ -146,7 +147,7 @@ def check_memory() -> Check:
     """There is memory for a video at the defaults."""
     import psutil
 
-    from pipelines.executors import cpu_count
+    from pipelines.engine.executors import cpu_count
 
     free = psutil.virtual_memory().available
     about = f"{free / 1e9:.1f} GB free of {psutil.virtual_memory().total / 1e9:.1f}, {cpu_count()} cores"
@@ -158,7 +159,7 @@ def check_memory() -> Check:
 def check_store(cache: str | None = None) -> Check:
     """What is computed can be remembered."""
     from a2v.types import OrthographicCamera
-    from pipelines.store import Store
+    from pipelines.engine.store import Store
 
     store = Store(cache)
     store.prepare()
@@ -200,5 +201,9 @@ def check_extras() -> Iterator[Check]:
         node = "Node 18 (or pip install 'a2v[fbx]'), then: "
         advice = f"{node}{fbx.PACKAGES.install_command}" if extra == "fbx" else f"pip install 'a2v[{extra}]'"
         yield Check(name=extra, status="works" if there else "missing", about=about, advice="" if there else advice)
+    about, there = "--compress: smaller .glb", compression.PACKAGES.installed
+    yield Check(
+        name="compress", status="works" if there else "missing", about=about, advice="" if there else compression.PACKAGES.install_command
+    )
     about, there = "a2v motion --page: motions made in the browser", page.PACKAGES.installed
     yield Check(name="page", status="works" if there else "missing", about=about, advice="" if there else page.PACKAGES.install_command)

@@ -1,6 +1,6 @@
 """The command ``a2v``: finds the module of the command, runs it, and turns errors into one line and an exit code.
 
-A command is a module of `pipelines.commands` with ``HELP`` (one line), ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`)
+A command is a module of `pipelines.commands` or `pipelines.lab` with ``HELP`` (one line), ``EXAMPLES`` (text), ``Options`` (a dataclass, see `pipelines.options`)
 and ``run(options) -> Answer``; only the module that is asked for is imported, so that ``a2v --help`` is quick. ``a2v evaluate reconstruction``
 is the module ``evaluate_reconstruction``; a command that only has such parts names them in ``SUBCOMMANDS`` instead of having ``Options``.
 
@@ -19,6 +19,7 @@ import importlib
 import importlib.util
 import io
 import os
+import pkgutil
 import signal
 import sys
 import warnings
@@ -54,6 +55,8 @@ COMMANDS = {
     "completion": "complete commands and options in a shell",
 }
 """Commands by name, and what they do; one is there when its module is."""
+ROOMS = (f"{__package__}.commands", f"{__package__}.lab")
+"""Packages in which the modules of commands are: those of the product and those of the laboratory."""
 
 
 JSON = "--json"
@@ -137,6 +140,13 @@ def _sentence(error: BaseException) -> tuple[str, int] | None:
 def _run_as_program(arguments: list[str]) -> Answer:
     """Run in a process of our own: nothing in the working folder is executed, here or in children, and caches stay with ours."""
     sys.path[:] = import_folders()
+    for stream in (sys.stdout, sys.stderr):  # what a terminal's encoding has not is written as an escape
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        Path.cwd()
+    except OSError as error:  # libraries would end the process
+        raise InputError(f"the working folder cannot be used ({error.strerror}); change to one that exists") from None
     if Path(".numba_config.yaml").exists():  # it may name the folder of a cache, and Numba unpickles what is there
         raise InputError(
             "the working folder holds a .numba_config.yaml, by which Numba could run code from there; remove it or start in another folder"
@@ -202,7 +212,24 @@ def _command_name(arguments: Sequence[str]) -> str:
 
 def available() -> dict[str, str]:
     """The commands of this installation and what they do."""
-    return {name: text for name, text in COMMANDS.items() if importlib.util.find_spec(f"pipelines.commands.{name}")}
+    return {name: text for name, text in COMMANDS.items() if module_of(name)}
+
+
+def module_of(command: str) -> str:
+    """The module of a command such as "video" or "train flow"; "" where there is none."""
+    names = (f"{room}.{command.replace(' ', '_')}" for room in ROOMS)
+    return next((name for name in names if importlib.util.find_spec(name)), "")
+
+
+def every_command() -> tuple[str, ...]:
+    """All commands, those with a second word too: "train flow", "video"."""
+    stems = (one.name for room in ROOMS for one in pkgutil.iter_modules(importlib.import_module(room).__path__))
+    return tuple(sorted(stem.replace("_", " ") for stem in stems if stem.partition("_")[0] in COMMANDS))
+
+
+def load_command(command: str) -> ModuleType:
+    """The module of a command such as "video" or "train flow"."""
+    return importlib.import_module(module_of(command))
 
 
 def _run(arguments: list[str]) -> Answer:
@@ -219,7 +246,7 @@ def _run(arguments: list[str]) -> Answer:
     if name not in commands:
         raise _unknown("command", name, commands)
     own = _own_command(name, arguments[1:])
-    command = importlib.import_module(f"pipelines.commands.{own.replace(' ', '_')}")
+    command = load_command(own)
     rest = arguments[own.count(" ") + 1 :]
     if hasattr(command, "SUBCOMMANDS"):
         return _choose_subcommand(own, command, rest)
@@ -232,7 +259,7 @@ def _run(arguments: list[str]) -> Answer:
 def _own_command(name: str, arguments: Sequence[str]) -> str:
     """The command, or "command what" where what is asked for has options of its own (the module ``command_what``)."""
     what = arguments[0] if arguments else ""
-    if what.isidentifier() and importlib.util.find_spec(f"pipelines.commands.{name}_{what}"):
+    if what.isidentifier() and module_of(f"{name} {what}"):
         return f"{name} {what}"
     return name
 

@@ -1,60 +1,11 @@
-"""The graph: the only place that names edges. `VIDEO` is the pipeline from a photo and an action to a video.
-
-A step is a node and the name of what it gives; an argument of a node with that name is an edge. A map specification
-fans out: ``pose[t] -> posed[t]`` calls the node once a frame.
-"""
+"""The graph of a video: the only place that names its edges."""
 
 from __future__ import annotations
 
-import difflib
-import re
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
-from a2v.errors import InputError
-from pipelines.memo import Bound, Node
-from pipelines.store import Store
-
-
-@dataclass(frozen=True)
-class Step:
-    """One node in a graph.
-
-    Attributes
-    ----------
-    node : Node
-    output : str or tuple of str
-        What it gives; a tuple names the members of the tuple that it returns.
-    mapspec : str or None
-        Fan-out, as in ``"pose[t] -> posed[t]"``; ``"... -> pose[t]"`` gives a list over t.
-    """
-
-    node: Node[Any, Any]
-    output: str | tuple[str, ...]
-    mapspec: str | None = None
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Names of what the step gives."""
-        return (self.output,) if isinstance(self.output, str) else self.output
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Names of the axes of its output, such as ``("t", "c")``."""
-        found = re.search(r"->\s*\w+\[([^\]]*)\]", self.mapspec or "")
-        return tuple(axis.strip() for axis in found.group(1).split(",")) if found else ()
-
-    @property
-    def fans_out(self) -> bool:
-        """Whether the node is called many times."""
-        return self.mapspec is not None and not self.mapspec.startswith("...")
-
-
-Graph = Sequence[Step]
-
-Parameters = dict[str, Any]
-"""A graph's inputs by name; the annotations of its nodes say of what types."""
+from pipelines.engine.graph import Step
 
 
 def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
@@ -76,108 +27,20 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(animation.posed, "posed", "pose[t] -> posed[t]"),
         Step(rendering.look, "look"),
         Step(rendering.camera, "camera", "... -> camera[t, c]"),
-        Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]"),
+        Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
         Step(reconstruction.shown, "shown"),
         Step(place.place, "place"),
         Step(place.placed, "placed", "posed[t] -> placed[t]"),
         Step(place.photo_clip, "photo_clip"),
+        Step(export.exported, "exported"),
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
         Step(export.still, "still"),
     )
 
 
-def build(
-    graph: Graph,
-    *,
-    store: Store | None = None,
-    events: str = "",
-    fresh: Collection[str] = (),
-    codes: Mapping[str, str] | None = None,
-) -> Any:
-    """The `pipefunc.Pipeline` of `graph`, its nodes bound to `store`; types of all edges are checked.
-
-    Parameters
-    ----------
-    fresh : names of outputs that are computed even when they are remembered
-    """
-    import pipefunc
-
-    where = store or Store()
-    functions = []
-    for step in graph:
-        bound = Bound(step.node, where, events, step.node.code(), fresh=bool(set(step.outputs) & set(fresh)))
-        made = None if step.fans_out or not step.axes else ("?",) * len(step.axes)  # the sizes are known when the node has run
-        functions.append(
-            pipefunc.PipeFunc(bound.as_function(), output_name=step.output, mapspec=step.mapspec, print_error=False, internal_shape=made)
-        )
-    return pipefunc.Pipeline(functions, validate_type_annotations=True, print_error=False)
-
-
-def outputs_of(graph: Graph) -> tuple[str, ...]:
-    """Names of everything that the graph gives, in its order."""
-    return tuple(name for step in graph for name in step.outputs)
-
-
-def inputs_of(graph: Graph) -> tuple[str, ...]:
-    """Names of the parameters that come from outside."""
-    given = set(outputs_of(graph))
-    return tuple(dict.fromkeys(name for step in graph for name in arguments_of(step) if name not in given))
-
-
-def arguments_of(step: Step) -> tuple[str, ...]:
-    """Names of a step's arguments."""
-    import inspect
-
-    return tuple(inspect.signature(step.node.function).parameters)
-
-
-def needed_for(graph: Graph, targets: Collection[str], given: Collection[str] = ()) -> tuple[Step, ...]:
-    """The steps that `targets` need, when `given` outputs come from outside."""
-    wanted, kept = set(targets) - set(given), set()
-    for step in reversed(topological(graph)):
-        if wanted & set(step.outputs):
-            kept.add(step.node.name)
-            wanted |= set(arguments_of(step)) - set(given)
-    return tuple(step for step in graph if step.node.name in kept)
-
-
-def downstream_of(graph: Graph, name: str) -> set[str]:
-    """`name` and every output that depends on it."""
-    found = {name}
-    for step in topological(graph):
-        if found & (set(arguments_of(step)) | set(step.outputs)):
-            found |= set(step.outputs)
-    return found
-
-
-def topological(graph: Graph) -> list[Step]:
-    """The steps, each after those that it needs."""
-    left, ordered, given = list(graph), [], set(inputs_of(graph))
-    while left:
-        ready = [step for step in left if set(arguments_of(step)) <= given]
-        if not ready:
-            raise ValueError(f"the graph has a cycle among {', '.join(step.node.name for step in left)}")
-        for step in ready:
-            ordered.append(step)
-            given |= set(step.outputs)
-            left.remove(step)
-    return ordered
-
-
-def check_names(graph: Graph, names: Collection[str], known: Sequence[str], what: str) -> None:
-    """Reject names that the graph does not know.
-
-    Raises
-    ------
-    InputError
-        It names the nearest ones.
-    """
-    for name in names:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-            raise InputError(
-                f"unknown {what} '{name}'; {'did you mean ' + ' or '.join(near) + '?' if near else 'choose from ' + ', '.join(known)}"
-            )
+def _views_of_a_pose(inputs: Mapping[str, Any]) -> int:
+    """The number of views, so that all views of one pose go to one worker, which moves the person once for them."""
+    return max(1, len(getattr(inputs.get("render"), "views", ())))

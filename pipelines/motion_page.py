@@ -8,8 +8,8 @@ from pathlib import Path
 from a2v.errors import InputError
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
-from pipelines.motion_options import DEFAULT_SECONDS, PlanOptions, open_model, read_steps
 from pipelines.options import option
+from pipelines.requests.motion import DEFAULT_SECONDS, PlanOptions, open_model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +31,7 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
         Options that a page cannot take, several actions, or what `a2v.motion.page.write_motion_page` refuses.
     """
     from a2v.motion.page import write_motion_page
+    from a2v.motion.prompts import Vocabulary, parse_prompt
 
     assert options.page is not None
     path = Path(options.page)
@@ -40,7 +41,7 @@ def write_page(options: PageOptions, plan: PlanOptions, others: list[str]) -> An
     if others:
         raise InputError(f"{others[0]} cannot be given with page; a page takes model, action, seed, seconds and character")
     model = open_model(plan.model)
-    steps = read_steps(model, plan.action)[0] if plan.action else []
+    steps = parse_prompt(plan.action, Vocabulary.of(model.card))[0] if plan.action else []
     if len(steps) > 1:
         raise InputError("a page begins with one action; give one --action")
     check_writable(path.parent)

@@ -7,27 +7,44 @@ line. Names have hyphens for users; underscores are the same.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import dataclasses
-import inspect
+import math
 import re
 import shutil
 import typing
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any, TypeVar
 
 import jsonargparse
 import yaml
+from jsonargparse import _loaders_dumpers, _paths
 
 from a2v.errors import A2VError, InputError
 from a2v.io import brief, read_bytes, shorten
+from a2v.plain_yaml import PlainLoader
+from pipelines.field_docs import field_docs, summary
 
 T = TypeVar("T")
 
 _WIDTH = 124
 _MODE = "a2v"
 _MAX_SETTINGS_BYTES = 1 << 20
+
+
+def _settings_text(path: _paths.Path) -> str:
+    """The text of a file of settings: regular, short, UTF-8."""
+    if path.absolute in ("-", "/dev/stdin"):
+        raise InputError("- would read what is typed; give a YAML file")
+    data = read_bytes(path.absolute, limit=_MAX_SETTINGS_BYTES, empty=True)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path.absolute} is no UTF-8 text ({error.reason}); expected YAML") from None
+
+
+# jsonargparse itself waits for pipes, reads devices to their end and expands merge keys; every file and text that it reads passes here
+_paths.Path.read_text = _settings_text  # type: ignore[method-assign, assignment]
+_loaders_dumpers.yaml_default_loader = PlainLoader  # type: ignore[assignment]
 
 
 def option(
@@ -77,7 +94,7 @@ class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpF
         super().__init__(prog, **(given | {"max_help_position": 30, "width": width}))  # type: ignore[no-untyped-call]  # of jsonargparse
 
     def _format_action_invocation(self, action: argparse.Action) -> str:
-        return _with_hyphens(super()._format_action_invocation(action))
+        return _with_hyphens(super()._format_action_invocation(action)).replace(" \b", "")
 
     def _get_help_string(self, action: argparse.Action) -> str:
         text = action.help or ""
@@ -102,7 +119,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     given = [_with_underscores(argument) for argument in arguments]
     everything = "--help_all" in given
     parser = _parser(kind, f"a2v {command}", about, examples, everything)
-    _check_files(kind, given)
+    _check_typed(kind, given)
     try:
         found = parser.instantiate(parser.parse_args(["--help"] if everything else given))
     except argparse.ArgumentError as error:
@@ -114,7 +131,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         raise
     except Exception as error:  # of a --config that is no text, too deep, or means something else
         raise InputError(f"the options cannot be read ({type(error).__name__}: {shorten(error)}); see a2v {command} --help") from None
-    _check_seeds(found)
+    _check_numbers(found)
     if found.json and "--json" not in given:  # pipelines.cli looks for it there alone
         raise InputError("json is no setting of a file; give --json on the command line")
     return _made(kind, found)
@@ -137,18 +154,13 @@ def _of_no_kind(text: str) -> str:
     return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
 
 
-def _check_files(kind: type, given: Sequence[str]) -> None:
-    """Demand that files of settings are regular and short, before a parser reads them to their end."""
+def _check_typed(kind: type, given: Sequence[str]) -> None:
+    """Demand that no file of settings is what is typed."""
     names = {"--config", *_settings_of(kind)}
     for place, argument in enumerate(given):
         name, together, value = argument.partition("=")
-        if name in names and (together or place + 1 < len(given)):
-            path = value if together else given[place + 1]
-            if path == "-":
-                raise InputError(f"{name} - would read what is typed; give a YAML file")
-            with contextlib.suppress(OSError, ValueError):  # no path at all, but settings
-                if Path(path).exists():
-                    read_bytes(path, limit=_MAX_SETTINGS_BYTES, empty=True)
+        if name in names and (value if together else given[place + 1 : place + 2]) in ("-", ["-"]):
+            raise InputError(f"{name} - would read what is typed; give a YAML file")
 
 
 def _settings_of(kind: type) -> Iterator[str]:
@@ -160,16 +172,17 @@ def _settings_of(kind: type) -> Iterator[str]:
             yield from _settings_of(typing.get_type_hints(kind)[item.name])
 
 
-def _check_seeds(found: jsonargparse.Namespace) -> None:
-    """Demand that every option which is a seed lies where numpy and the renderer take it."""
+def _check_numbers(found: jsonargparse.Namespace) -> None:
+    """Demand that every number is finite, and that every option which is a seed lies where numpy and the renderer take it."""
     for name, value in found.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{_with_hyphens(f'--{name}')} is {value}; expected a finite number")
         if name.endswith("seed") and isinstance(value, int) and not 0 <= value < 2**32:
             raise InputError(f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}")
 
 
 def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) -> jsonargparse.ArgumentParser:
-    load = jsonargparse.get_loader("yaml")
-    jsonargparse.set_loader(_MODE, lambda text: _keys_with_underscores(load(text)), (yaml.YAMLError,))
+    jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
         prog=prog, description=about, epilog=examples, formatter_class=_Formatter, exit_on_error=False, parser_mode=_MODE
     )
@@ -232,19 +245,16 @@ def _add_option(parser: jsonargparse.ArgumentParser, item: dataclasses.Field[Any
 
 def _describe(parser: jsonargparse.ArgumentParser, kind: type, prefix: str) -> None:
     """Give the options of the library's settings the words of their docstrings."""
-    text = inspect.cleandoc(kind.__doc__ or "")
-    found = re.findall(r"^(\w+(?:, \w+)*) : .*\n((?:[ \t]+.*\n?|\n)+)", text, re.MULTILINE)
-    about = {name: " ".join(words.replace("`", "").split()) for names, words in found for name in names.split(", ")}
-    hints = typing.get_type_hints(kind)
+    about, hints = field_docs(kind), typing.get_type_hints(kind)
     for action in parser._actions:
         name = action.dest.removeprefix(prefix)
         if action.dest == prefix + name and name in about:
-            action.help = about[name].removesuffix(".")
+            action.help = about[name]
         elif action.dest == prefix.removesuffix("."):
             action.help = "YAML file of these settings"
     for section in parser._action_groups:
         if section.title == str(kind):
-            section.title = " ".join([*([f"--{prefix}*"] if prefix else []), text.split("\n\n")[0].replace("\n", " ").removesuffix(".")])
+            section.title = " ".join([*([f"--{prefix}*"] if prefix else []), summary(kind)])
     for item in dataclasses.fields(kind):
         if dataclasses.is_dataclass(hints[item.name]):
             _describe(parser, typing.cast(type, hints[item.name]), f"{prefix}{item.name}.")
@@ -275,6 +285,11 @@ def _with_underscores(argument: str) -> str:
         return argument
     name, given, value = argument[2:].partition("=")
     return f"--{name.replace('-', '_')}{given}{value}"
+
+
+def _load(text: str) -> object:
+    """A YAML value for jsonargparse; ``{a, b}`` and ``a:`` stay text, as in its own loader."""
+    return _keys_with_underscores(jsonargparse.get_loader("yaml")(text))
 
 
 def _keys_with_underscores(value: object) -> object:

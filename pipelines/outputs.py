@@ -12,10 +12,10 @@ import numpy as np
 from a2v.io import atomic_path, read_npz
 from a2v.motion.edit import Edit, put_in_place
 from a2v.types import Character, Motion
+from pipelines.engine.run import Outcome
+from pipelines.engine.store import Ref
 from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.rigs import RigOptions, write_rigged
-from pipelines.run import Outcome
-from pipelines.store import Ref
 
 _OWN = RigOptions()
 _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb", "photo_clip": "photo.mp4", "bvh": "motion.bvh"}
@@ -24,7 +24,7 @@ _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb"
 def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN, edit: Edit = Edit()) -> list[Path]:
     """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
 
-    Character and motion are those of the run where `rig` is plain, else made of its `character` and `poses`; of `edit` the place counts.
+    Character and motion are those of the run where `rig` is plain, else made of its `exported` and `poses`; of `edit` the place counts.
     """
     from a2v.rendering import write_page
 
@@ -32,18 +32,31 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
     if "photo_clip" in outcome.values:
         written.append(write_blob(outcome, outcome.values["photo_clip"], folder / _NAMES["photo_clip"]))
     written += [write_blob(outcome, ref, folder / f"{view}.mp4") for view, ref in zip(views, outcome.values["clip"], strict=True)]
-    motion = outcome.get("motion", Motion)
-    if edit.in_place:
-        motion = put_in_place(motion, loop=edit.loop)
+    motion = made_motion(outcome, edit)
     if rig.plain:
         written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     else:
         written += write_rigged(
-            folder, outcome.get("character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion"
+            folder, outcome.get("exported", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion"
         )
     motion.save(folder / "motion.npz")
     write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
     return [*written, folder / "motion.npz", folder / "preview.html"]
+
+
+def made_motion(outcome: Outcome, edit: Edit) -> Motion:
+    """The motion of a run as it is written: nodes let it travel, what is asked for in place stops here."""
+    motion = outcome.get("motion", Motion)
+    return put_in_place(motion, loop=edit.loop) if edit.in_place else motion
+
+
+def write_early_page(outcome: Outcome, folder: Path) -> Path:
+    """Write ``preview.html`` with the moving character alone, of a run that has come as far as its `glb`."""
+    from a2v.rendering import write_page
+
+    title = outcome.get("motion", Motion).action or "motion"
+    write_page(folder / "preview.html", bytes(outcome.store.get(outcome.values["glb"], Blob)), title=title)
+    return folder / "preview.html"
 
 
 def write_shared(folder: Path, *, animation: str | None, megabytes: float, sheet: bool) -> list[Path]:

@@ -12,8 +12,8 @@ from typing import Any
 
 from a2v.io import sha256
 from pipelines.answer import plain
-from pipelines.executors import cpu_count
-from pipelines.run import Outcome
+from pipelines.engine.executors import cpu_count
+from pipelines.engine.run import Outcome
 
 PACKAGES = (
     "a2v", "numpy", "scipy", "torch", "onnxruntime", "mediapipe", "opencv-contrib-python", "anny", "open3d-cpu", "pymeshlab", "mitsuba", "drjit",

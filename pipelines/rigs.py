@@ -28,7 +28,7 @@ class RigOptions:
     """What the tools that open the exports want."""
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
-    root_motion: bool = flag(ROOT_MOTION)
+    root_motion: bool = flag(ROOT_MOTION, rare=True)
 
     @property
     def plain(self) -> bool:

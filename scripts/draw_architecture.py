@@ -14,7 +14,7 @@ import re
 import sys
 import textwrap
 import typing
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -27,6 +27,8 @@ PAGE = ROOT / "docs" / "architecture.md"
 PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 WIDTH, MARGIN = 960, 20
 INK, FAINT, RULE = "#22303c", "#5b6b7a", "#b9c4ce"
+LABORATORY = "a2v.lab"
+"""The package whose rooms are shown one by one."""
 COLORS = ("#e4eef8", "#fdebd8", "#e6f2e2", "#efe6f5", "#f7e6e6", "#e3f1f1", "#f6f1d9")
 """Fills of the bands, and of the columns of nodes that stand in one module."""
 
@@ -39,10 +41,12 @@ def layers() -> list[list[str]]:
     import tomllib
 
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
-    rows = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    layered = [contract["layers"] for contract in contracts if contract["type"] == "layers"]
+    inner = next(rows for rows in layered if rows[0].startswith(f"{LABORATORY}."))
+    rows = [row for outer in layered[0] for row in (inner if outer == LABORATORY else [outer])]
     found = [[name.strip() for name in re.split(r"[|:]", row)] for row in rows]
     named = {name for row in found for name in row}
-    found[-1] += sorted({room_of(path) for path in sources("a2v")} - named - {"a2v"})
+    found[-1] += sorted({room_of(path) for path in sources("a2v")} - named - {"a2v", LABORATORY})
     return found
 
 
@@ -52,9 +56,15 @@ def sources(package: str) -> list[Path]:
 
 
 def room_of(path: Path) -> str:
-    """The room that a file belongs to: ``a2v.<package or module>``, ``pipelines`` or ``export``."""
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join(part for part in parts[: 2 if parts[0] == "a2v" else 1] if part != "__init__")
+    """The room that a file belongs to: ``a2v.<package or module>``, ``a2v.lab.<...>``, ``pipelines`` or ``export``."""
+    return room_named([part for part in path.relative_to(ROOT).with_suffix("").parts if part != "__init__"])
+
+
+def room_named(parts: Sequence[str]) -> str:
+    """The room of a module whose full name has these parts."""
+    if parts[0] != "a2v":
+        return parts[0]
+    return ".".join(parts[: 3 if ".".join(parts[:2]) == LABORATORY else 2])
 
 
 def imported_names(path: Path) -> Iterator[str]:
@@ -77,7 +87,7 @@ def room_imports() -> dict[str, list[str]]:
         for name in imported_names(path) if room_of(path) in found else ():
             parts = name.split(".")
             if parts[0] == "a2v" and len(parts) > 1:
-                room = f"a2v.{parts[1]}"
+                room = room_named(parts)
                 found[room_of(path)].add(room if room in rooms else shown.get(parts[1], room))
             elif parts[0] in ("pipelines", "export"):
                 found[room_of(path)].add(parts[0])
@@ -105,7 +115,8 @@ class Stage:
 
 def stages() -> tuple[list[Stage], dict[str, str]]:
     """The nodes of the video's graph in the order of computation, and the type of every value that is no setting."""
-    from pipelines.graph import topological, video_graph
+    from pipelines.engine.graph import topological
+    from pipelines.graph import video_graph
 
     made, types = [], {}
     for step in topological(video_graph()):
@@ -122,7 +133,7 @@ def stages() -> tuple[list[Stage], dict[str, str]]:
 
 def value_type(hint: Any) -> str:
     """``Body`` of ``Ref[Body]``, of a list or an optional one; "" of settings and plain numbers."""
-    from pipelines.store import File, Ref
+    from pipelines.engine.store import File, Ref
 
     if hint is File:
         return "File"

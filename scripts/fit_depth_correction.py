@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
-from a2v.evaluation.reconstruction import open_studio
 from a2v.kinematics.names import BLAZEPOSE
+from a2v.lab.evaluation.reconstruction import open_studio
+from a2v.lab.studio.studio import Studio
+from a2v.lab.studio.view import View, list_views
 from a2v.perception.depth import HIPS, DepthCorrection, detector_features, picture_plane, put_upright
 from a2v.perception.detector import Detector
-from a2v.studio.studio import Studio
-from a2v.studio.view import View, list_views
 
 OTHER_SIDE = np.array([BLAZEPOSE.index(name.replace("left", "#").replace("right", "left").replace("#", "right")) for name in BLAZEPOSE])
 GROUPS = ("nose", "shoulder", "elbow", "wrist", "hip", "knee", "ankle", "foot_index")

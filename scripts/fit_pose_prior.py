@@ -20,9 +20,9 @@ from a2v.body.anny import AnnyModel
 from a2v.body.lbfgs import minimize
 from a2v.body.pose_space import PoseSpace, pose_space
 from a2v.body.terms import outside
-from a2v.datasets import load_cmu
 from a2v.io import sha256, write_npz
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
+from a2v.lab.datasets import load_cmu
 
 # (from, to) joints of CMU, (from, to) bones of Anny whose heads are these joints, weight (chosen by hand: feet and heads are shorter than limbs)
 DIRECTIONS = [

@@ -22,8 +22,8 @@ import numpy as np
 from a2v.animation import posture
 from a2v.animation.rig import SIDES
 from a2v.animation.source import middle, source_joints, source_leg_length, upright_rotmat
-from a2v.datasets import load_dataset
 from a2v.kinematics.ground import smoothed
+from a2v.lab.datasets import load_dataset
 from a2v.types import FloatArray, Motion
 
 ARCHIVES = {"humanact12": "humanact12.zip", "cmu": "cmu_mocap.zip"}

@@ -22,10 +22,10 @@ from a2v.io import atomic_path
 from a2v.reconstruction import ColorSettings
 from a2v.reconstruction.backends import color_by_photo
 from a2v.rendering.preview import preview_surface
-from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
-from pipelines.inputs import video_parameters
+from a2v.types import Body, PhotoCamera, Reconstruction, Subject
+from pipelines.engine.store import Store
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -36,7 +36,7 @@ def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
     store = Store()
     outcome = run(["subject", "body", "photo_camera", "faced"], store=store, **video_parameters(store, photo, "Walk"))
     subject, person, body = (outcome.get(name, kind) for name, kind in (("subject", Subject), ("faced", Reconstruction), ("body", Body)))
-    camera = outcome.get("photo_camera", OrthographicCamera)
+    camera = outcome.get("photo_camera", PhotoCamera)
     vertices = person.surface.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     extent = 1.04 * float((high - low).max())

@@ -3,12 +3,13 @@
     python scripts/make_gallery.py [FOLDER] [--out sheets] [--size 260]
 
 For every photo of FOLDER (by default ``$A2V_DATA/photos``): the photo, the character from front, left, back and right, and the same as clay; what the user
-is told, and the share of slabs (`a2v.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it too.
+is told, and the share of slabs (`a2v.lab.evaluation.reconstruction.thickness.slab_share`). ``make sheets PHOTOS=FOLDER`` makes it too.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import os
 import sys
 from pathlib import Path
@@ -16,14 +17,15 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from a2v.body import flattened
 from a2v.errors import A2VError
 from a2v.io import atomic_path
-from a2v.reconstruction.thickness import slab_share
+from a2v.lab.evaluation.reconstruction.thickness import slab_share
 from a2v.rendering.preview import preview_surface
-from a2v.types import Body, OrthographicCamera, Subject, Surface
-from pipelines.inputs import video_parameters
+from a2v.types import Body, PhotoCamera, Subject, Surface
+from pipelines.engine.store import Store
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -39,9 +41,10 @@ def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
     store = Store()
     outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **video_parameters(store, photo, "Walk"))
     subject, surface, camera = (
-        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored", Surface), ("photo_camera", OrthographicCamera))
+        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored", Surface), ("photo_camera", PhotoCamera))
     )
-    share = slab_share(surface, outcome.get("photo_body", Body), camera, subject.mask)
+    flat = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
+    share = slab_share(flat, flattened(outcome.get("photo_body", Body), camera), camera.flat, subject.mask)
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     seen = {"center": (low + high) / 2, "extent": 1.08 * float((high - low).max()), "size": size}
     crop = Image.fromarray(subject.image)

@@ -27,10 +27,10 @@ from a2v.motion.prompts import Vocabulary, parse_prompt
 from a2v.rendering.lighter import lighter
 from a2v.rendering.preview import preview_surface
 from a2v.types import Character, Surface
-from pipelines.inputs import video_parameters
-from pipelines.progress import Bars
+from pipelines.engine.progress import Bars
+from pipelines.engine.store import Store
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = 12

@@ -17,8 +17,8 @@ from fit_pose_prior import UNSEEN, inverse_kinematics
 from a2v.body import load_body_model
 from a2v.body.pose_bank import QUANTUM
 from a2v.body.pose_space import pose_space
-from a2v.datasets import load_cmu
 from a2v.io import sha256, write_npz
+from a2v.lab.datasets import load_cmu
 
 
 def without_heading(joints: np.ndarray, names: tuple[str, ...]) -> np.ndarray:

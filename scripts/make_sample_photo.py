@@ -18,10 +18,10 @@ from PIL import Image
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
+from a2v.lab.studio.avatar_files import load_avatar
+from a2v.lab.studio.avatars import a_pose
+from a2v.lab.studio.portrait import Portrait, PortraitSettings, take_portrait
 from a2v.rendering import contact_sheet
-from a2v.studio.avatar_files import load_avatar
-from a2v.studio.avatars import a_pose
-from a2v.studio.portrait import Portrait, PortraitSettings, take_portrait
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_BYTES = 300_000

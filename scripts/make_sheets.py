@@ -20,7 +20,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from a2v.animation import deform
+from a2v.animation import deform, load_rig
+from a2v.animation.rest_pose import rest_transforms
 from a2v.body.face import face_landmarks
 from a2v.formats.gltf.vrm import EXPRESSIONS
 from a2v.io import atomic_path
@@ -29,12 +30,12 @@ from a2v.reconstruction import surface_sheet
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
 from a2v.rendering import Renderer, contact_sheet, follow_cameras
 from a2v.rendering.preview import preview_surface
-from a2v.types import Character, OrthographicCamera, RenderSettings, Subject, Surface
-from pipelines.inputs import video_parameters
+from a2v.types import Character, PhotoCamera, RenderSettings, Subject, Surface
+from pipelines.engine.progress import Bars
+from pipelines.engine.store import Store
 from pipelines.nodes.values import Poses
-from pipelines.progress import Bars
+from pipelines.requests.video import video_parameters
 from pipelines.run import run
-from pipelines.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 AVATARS = ("AIAN_F_1_Casual", "Asian_M_2_Busi", "Black_F_3_Milit", "Hispanic_M_3_Casual", "MENA_F_1_Busi", "White_M_3_Casual")
@@ -59,9 +60,9 @@ def sources(data: Path) -> dict[str, Path]:
 
 def photographed(avatar: Path, folder: Path) -> Path:
     """A photo of an avatar, made here."""
-    from a2v.studio.avatar_files import load_avatar
-    from a2v.studio.avatars import a_pose
-    from a2v.studio.portrait import PortraitSettings, take_portrait
+    from a2v.lab.studio.avatar_files import load_avatar
+    from a2v.lab.studio.avatars import a_pose
+    from a2v.lab.studio.portrait import PortraitSettings, take_portrait
 
     path = folder / f"{avatar.stem}_photo.png"
     if not path.exists():
@@ -74,7 +75,7 @@ def photographed(avatar: Path, folder: Path) -> Path:
 
 
 def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size: int) -> np.ndarray:
-    """The photo's crop, the surface from all sides, frames of the action in four views, and what the user is told."""
+    """The photo's crop, the surface from all sides, the character in T-pose, frames of the action in four views, and what the user is told."""
     store = Store()
     parameters = video_parameters(store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed)
     bars = Bars()
@@ -100,7 +101,16 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     told = Image.new("RGB", (above.shape[1], 16 * len(outcome.notes)), "white")
     for row, text in enumerate(outcome.notes):
         ImageDraw.Draw(told).text((6, 16 * row + 2), text, fill="black")
-    return np.vstack([above, np.asarray(below), np.asarray(told)])
+    return np.vstack([above, t_pose_row(character, above.shape[1]), np.asarray(below), np.asarray(told)])
+
+
+def t_pose_row(character: Character, width: int) -> np.ndarray:
+    """The character in T-pose from the front, the side, behind and above: what touched in the photo has come apart. (H, width, 3)."""
+    vertices = deform(character, rest_transforms(character.body, load_rig("vrm")))
+    moved = dataclasses.replace(character.surface, vertices=vertices, face=None)
+    sides = [preview_surface(moved, azimuth=turn, elevation=up, size=width // 4) for turn, up in ((0, 0), (90, 0), (180, 0), (30, 55))]
+    row = np.hstack(sides)
+    return np.pad(row, ((0, 0), (0, width - row.shape[1]), (0, 0)), constant_values=235)
 
 
 def face_sheet(photo: Path, *, size: int) -> np.ndarray:
@@ -114,7 +124,7 @@ def face_sheet(photo: Path, *, size: int) -> np.ndarray:
         return np.full((size, 6 * size, 3), 235, np.uint8)
     middle = surface.vertices[surface.face.patch].mean(axis=0).astype(np.float64) + np.array([0, 0.01, -0.03])
     extent = 1.5 * float(np.ptp(surface.vertices[surface.face.patch][:, 1]))
-    camera = outcome.get("photo_camera", OrthographicCamera)
+    camera = outcome.get("photo_camera", PhotoCamera)
     (u, v), half = camera.project(middle[None])[0], camera.scale * extent / 2
     box = [round(x) for x in (u - half, v - half, u + half, v + half)]
     rows = [[np.asarray(Image.fromarray(subject.image).crop(box).resize((size, size), Image.Resampling.LANCZOS))] for _ in range(2)]
@@ -129,7 +139,7 @@ def face_sheet(photo: Path, *, size: int) -> np.ndarray:
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def _measure(name: str, surface: Surface, subject: Subject, camera: OrthographicCamera, middle: np.ndarray, extent: float) -> None:
+def _measure(name: str, surface: Surface, subject: Subject, camera: PhotoCamera, middle: np.ndarray, extent: float) -> None:
     """Where the surface has the landmarks, and where the detector sees them on its neutral picture, against where it saw them on the photo.
 
     What the detector itself is off by stands beside it: the same photo, looked at in other squares.

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from a2v.body import load_body_model
-from a2v.evaluation.survey_answers import analyse, read_key
+from a2v.lab.evaluation.survey_answers import analyse, read_key
 from pipelines.cli import main
 from tests.support.checkpoints import liquid_warping, saved, slab
 

@@ -53,6 +53,14 @@ def test_every_promised_file_is_there_and_the_path_comes_last(made):
     assert result.stdout.splitlines()[-1] == str(out / "video.mp4")
 
 
+def test_the_character_moves_in_its_page_before_the_frames_are_traced(made):
+    out, result = made
+    said = f"the character moves in {out / 'preview.html'}"
+    assert said in result.stderr
+    assert "frame: " not in result.stderr[: result.stderr.index(said)]
+    assert "frame: " in result.stderr
+
+
 def test_the_videos_have_the_asked_size_length_and_speed(made):
     from a2v.rendering import probe_video, read_video
 
@@ -205,7 +213,7 @@ def test_a_killed_run_goes_on_where_it_was(copied_store, tmp_path):
     process = start(tmp_path / "o", copied_store, until=4)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    assert not list((tmp_path / "o").iterdir())
+    assert {path.name for path in (tmp_path / "o").iterdir()} <= {"preview.html"}  # which is there before the frames, and whole
     kept = settled_count(copied_store, "frame") - before
     assert 4 <= kept < 20
     execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64)
@@ -245,7 +253,7 @@ def test_ctrl_c_says_so_and_leaves_nothing_half_written(copied_store, tmp_path):
     assert process.returncode == 130
     assert errors.splitlines()[-1].startswith("a2v: interrupted")
     assert "Traceback" not in errors
-    assert not list((tmp_path / "o").iterdir())
+    assert {path.name for path in (tmp_path / "o").iterdir()} <= {"preview.html"}  # which is there before the frames, and whole
     assert not [path for path in copied_store.rglob(".*") if path.is_file()]
 
 

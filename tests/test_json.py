@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import subprocess
@@ -14,12 +13,12 @@ from typing import Any
 import pytest
 
 from pipelines.answer import Answer, plain
-from pipelines.cli import main
+from pipelines.cli import every_command, load_command, main
 from pipelines.options import actions_of
 
 ROOT = Path(__file__).resolve().parents[1]
-MODULES = sorted(path.stem for path in (ROOT / "pipelines" / "commands").glob("[a-z]*.py"))
-COMMANDS = [name for name in MODULES if not hasattr(importlib.import_module(f"pipelines.commands.{name}"), "SUBCOMMANDS")]
+MODULES = [name.replace(" ", "_") for name in every_command()]
+COMMANDS = [name for name in MODULES if not hasattr(load_command(name), "SUBCOMMANDS")]
 LEARNING = ("--dataset cmu --data text --out runs", "--dataset nothing --data text --out runs")
 REFUSED = {
     "actions": ("--model nothing",),
@@ -32,6 +31,7 @@ REFUSED = {
     "data": ("cmu --data text", "nothing --data text"),
     "doctor": ("--cache text/below",),
     "evaluate": ("--dataset cmu --data text --model cmu --out t.md", "--dataset cmu --data text --model cmu --out t.docx"),
+    "evaluate_moved": ("--data none --out t.md", "--data text --out t.md", "--data text --photos 0 --out t.md"),
     "evaluate_reconstruction": ("--data text --studio none --out t.md", "--data text --studio none --methods magic --out t.md"),
     "motion": (
         "--action Walk --out w.xyz",
@@ -71,7 +71,7 @@ def told(capsys, *words: object, code: int = 0) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_gives_an_answer(name):
-    command = importlib.import_module(f"pipelines.commands.{name}")
+    command = load_command(name)
     assert typing.get_type_hints(command.run)["return"] is Answer
     known = {spelling for action in actions_of(command.Options) for spelling in action.option_strings}
     assert "--json" in known

@@ -119,8 +119,8 @@ AUTHORS = {"humanact12": ("action_recognition_model_humanact12.tar", 0.05), "cmu
 
 @pytest.mark.parametrize("name", sorted(AUTHORS))
 def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(name, data_dir, tmp_path):
-    from a2v.evaluation.classifier import load_evaluator
-    from a2v.evaluation.protocol import generator_of
+    from a2v.lab.evaluation.classifier import load_evaluator
+    from a2v.lab.evaluation.protocol import generator_of
 
     model = MotionModel.load(name)
     frames, count = model.card.frames, 60
@@ -144,7 +144,7 @@ def test_the_authors_classifier_recognises_native_files_as_in_the_evaluation(nam
 
 
 def test_native_joints_of_real_clips_are_the_files(data_dir):
-    from a2v.datasets import load_dataset
+    from a2v.lab.datasets import load_dataset
 
     for name in AUTHORS:
         dataset, model = load_dataset(name, data_dir), MotionModel.load(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+import os
 import re
 import shlex
 from dataclasses import dataclass, fields, is_dataclass
@@ -13,20 +13,16 @@ import pytest
 
 from a2v.body import FitSettings
 from a2v.errors import InputError
-from pipelines.cli import available, main
-from pipelines.options import flag, group, option, parse, settings
+from pipelines.cli import available, every_command, load_command, main
+from pipelines.options import actions_of, flag, group, option, parse, settings
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = sorted(path.stem.replace("_", " ") for path in (ROOT / "pipelines" / "commands").glob("[a-z]*.py"))
+COMMANDS = every_command()
 WITH_OPTIONS = [name for name in COMMANDS if name != "train"]
 
 
-def module_of(name: str):
-    return importlib.import_module(f"pipelines.commands.{name.replace(' ', '_')}")
-
-
 def options_of(name: str, *arguments: str):
-    module = module_of(name)
+    module = load_command(name)
     return parse(module.Options, arguments, command=name, about=module.HELP, examples=module.EXAMPLES)
 
 
@@ -110,7 +106,7 @@ def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeyp
     assert "<class" not in whole
     for section in re.findall(r"^--(\w+)\.\*", whole, re.MULTILINE):
         assert f"--{section}." not in short.partition("examples:")[0]
-    for item, kind in get_type_hints(module_of(name).Options).items():
+    for item, kind in get_type_hints(load_command(name).Options).items():
         if is_dataclass(kind) and not any(one.metadata for one in fields(kind)) and f"--{item}.*" in whole:
             assert all(f"--{item}.{one.name.replace('_', '-')}" in whole for one in fields(kind)), kind
 
@@ -147,7 +143,7 @@ def command_lines(text: str) -> list[str]:
 
 
 def examples_of(name: str) -> list[str]:
-    return [line.strip() for line in module_of(name).EXAMPLES.splitlines() if line.startswith("  a2v ")]
+    return [line.strip() for line in load_command(name).EXAMPLES.splitlines() if line.startswith("  a2v ")]
 
 
 PAGES = {
@@ -178,3 +174,37 @@ def understood(name: str, arguments: list[str], *, whole: bool) -> bool:
         if whole or not re.search(r"required|expected one argument|invalid choice: '[A-Z]+'", str(error)):
             raise
     return True
+
+
+@pytest.mark.parametrize("name", ["--config", "--fit", "inside"])
+def test_files_of_settings_are_regular_and_short(tmp_path, name):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "long").write_text("#" * (1 << 20) + "#")
+    (tmp_path / "latin").write_bytes("# \xe4".encode("latin-1"))
+    for path, words in ((tmp_path / "pipe", "pipe"), (tmp_path / "long", "MiB"), ("/proc/self/mem", "cannot read"), (tmp_path / "latin", "UTF-8")):
+        option = f"{name}={path}"
+        if name == "inside":  # a file that names another one
+            (tmp_path / "outer.yaml").write_text(f"fit: {path}\n")
+            option = f"--config={tmp_path / 'outer.yaml'}"
+        with pytest.raises(InputError, match=words):
+            given("--out", "a", option)
+    with pytest.raises(InputError):
+        given("--out", "a", f"{name}=-")
+
+
+@pytest.mark.parametrize("name", WITH_OPTIONS)
+def test_every_option_has_one_line_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """In the help of everything: no default twice, no control character, no option without text, no text for two options of a group."""
+    command = load_command(name)
+    with pytest.raises(SystemExit):
+        parse(command.Options, ["--help-all"], command=name, about=command.HELP, examples=command.EXAMPLES)
+    shown = capsys.readouterr().out
+    assert not re.search(r"(\(default: [^)]*\))\s+\1", shown)
+    assert not [letter for letter in shown if ord(letter) < 32 and letter != "\n"]
+    texts: dict[tuple[str, str], str] = {}
+    for action in actions_of(command.Options):
+        option = (action.option_strings or [action.dest])[-1]
+        assert action.help, f"{option} of a2v {name} has no text"
+        room = option.rpartition(".")[0]
+        if action.help != "YAML file of these settings":
+            assert texts.setdefault((room, action.help), option) == option, f"{option} and {texts[room, action.help]} share a sentence"

@@ -15,8 +15,8 @@ from tests.support.traps import set_traps
 
 ROOT = Path(__file__).resolve().parents[1]
 
-LOCAL = "from pipelines.executors import open_executor as start; options = dict(name='local', workers=2)"
-DASK = "from pipelines.executors import open_executor as start; options = dict(name='dask', workers=1)"
+LOCAL = "from pipelines.engine.executors import open_executor as start; options = dict(name='local', workers=2)"
+DASK = "from pipelines.engine.executors import open_executor as start; options = dict(name='dask', workers=1)"
 POOL = """
     import contextlib, multiprocessing
     from concurrent.futures import ProcessPoolExecutor

@@ -10,8 +10,8 @@ import zipfile
 import numpy as np
 import pytest
 
-from a2v.datasets import load_dataset
 from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
+from a2v.lab.datasets import load_dataset
 from a2v.motion import MotionModel
 from pipelines.cli import main
 
@@ -150,7 +150,7 @@ def test_what_is_wrong_with_data_is_one_line_and_exit_code_2(tmp_path, own_actio
 
 
 def test_the_same_people_are_held_out_by_every_command(data_dir):
-    from pipelines.motion_data import hold_out
+    from pipelines.lab.dataset_options import hold_out
 
     dataset = load_dataset("humanact12", data_dir)
     (training, unseen), (again, _) = hold_out(dataset, "auto"), hold_out(dataset, "auto")

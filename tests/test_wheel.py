@@ -29,7 +29,7 @@ def tracked() -> list[str]:
 def wheel(tracked: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel of a copy of the repository: no leftovers of builds, no network."""
     folder = tmp_path_factory.mktemp("source")
-    for name in [*tracked, "pyproject.toml", "README.md", "LICENSE"]:
+    for name in [*tracked, "pyproject.toml", "setup.py", "README.md", "LICENSE"]:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / name, folder / name)
     command = [
@@ -65,9 +65,10 @@ def test_every_file_of_the_packages_is_in_the_wheel(wheel: Path, tracked: list[s
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
         points = next(archive.read(name).decode() for name in archive.namelist() if name.endswith("entry_points.txt"))
-    assert not set(tracked) - inside, "name them in [tool.setuptools.package-data] of pyproject.toml"
-    assert not inside - set(tracked)
-    assert "a2v = pipelines.cli:main" in points
+    expected = {name if name.startswith("a2v/") else f"a2v/{name}" for name in tracked}
+    assert not expected - inside, "name them in [tool.setuptools.package-data] of pyproject.toml"
+    assert not inside - expected, "pipelines and export lie beneath a2v: other packages have these names too"
+    assert "a2v = a2v.command:main" in points
     assert wheel.stat().st_size < 100 << 20  # PyPI's limit for a file
 
 
@@ -75,9 +76,19 @@ def test_every_file_of_the_packages_is_in_the_wheel(wheel: Path, tracked: list[s
 def test_it_works_from_any_folder(installed: Path, tmp_path: Path) -> None:
     code = f"""
 import sys; sys.path.insert(0, {str(installed)!r})
-import a2v, pipelines, export
-assert all(module.__file__.startswith({str(installed)!r}) for module in (a2v, pipelines, export))
-from pipelines.cli import main
+import importlib.abc
+class Barred(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("pipelines", "export"):
+            raise ImportError(f"{{name}} is imported, but a wheel has it beneath a2v")
+sys.meta_path.insert(0, Barred())
+import a2v, a2v.pipelines, a2v.export
+assert all(module.__file__.startswith({str(installed)!r}) for module in (a2v, a2v.pipelines, a2v.export))
+from a2v.command import load_pipelines
+main = load_pipelines("cli").main
+assert load_pipelines("engine.closure").top_folder().samefile({str(installed)!r})
+for command in load_pipelines("cli").every_command():
+    load_pipelines("cli").load_command(command)
 sys.exit(main(["motion", "--action", "Walk", "--frames", "4", "--rig", "mixamo", "--out", "walk.bvh", "--json"]))
 """
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}

@@ -2,9 +2,11 @@
 
 from a2v.animation.arap import ArapDeformer, ArapResult, DeformSettings
 from a2v.animation.bind import BindSettings, bind, skin_of
+from a2v.animation.canonical import standing_body, standing_character
 from a2v.animation.change_rig import RigChange, change_rig
 from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
+from a2v.animation.engine import EngineSettings, engine_ready
 from a2v.animation.expressions import BlinkSettings, blinking, blinks, express
 from a2v.animation.life import LifeSettings
 from a2v.animation.retarget import RetargetSettings, retarget
@@ -20,6 +22,7 @@ __all__ = [
     "BlinkSettings",
     "ContactSettings",
     "DeformSettings",
+    "EngineSettings",
     "LifeSettings",
     "RetargetSettings",
     "RigChange",
@@ -29,6 +32,7 @@ __all__ = [
     "change_rig",
     "control_points",
     "deform",
+    "engine_ready",
     "express",
     "load_rig",
     "prepare_rig",
@@ -36,4 +40,6 @@ __all__ = [
     "retarget",
     "rig_motion",
     "skin_of",
+    "standing_body",
+    "standing_character",
 ]

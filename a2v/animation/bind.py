@@ -105,8 +105,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
     body_vertices = body.vertices.astype(np.float64)
     normals, body_normals = vertex_normals(vertices, faces), vertex_normals(body_vertices, body.faces.astype(np.int64))
     tree_distance = np.asarray(cKDTree(body_vertices).query(vertices)[0])
-    if float(np.median(tree_distance)) > 0.5:
-        raise InputError(f"the surface is {float(np.median(tree_distance)):.2f} m away from the body; fit the body to it first")
+    if (away := float(np.median(tree_distance))) > 0.5:
+        raise InputError(f"the surface is {away:.2f} m away from the body; fit the body to it first")
     present = np.unique(body.parts.astype(np.int64))
     asked = np.zeros((len(vertices), len(present)), bool) if parts is None else np.asarray(parts)[:, None] == present
     cost, best = _of_each_part(vertices, normals, body, body_normals, tree_distance, asked, settings)
@@ -116,7 +116,8 @@ def bind(surface: Surface, body: Body, *, parts: IntArray | None = None, setting
         chosen = _where_known(chosen, np.asarray(parts), present)
     rows = np.arange(len(vertices))
     anchors, price = best[rows, chosen], cost[rows, chosen]
-    weights, bones = _skin(anchors, price, normals, body_normals, tree_distance, body, area, stiffness, settings)
+    trust = (0.05 + 0.95 * np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)) * np.exp(-((price / settings.far) ** 2)) + 1e-3
+    weights, bones = _skin(anchors, body, area * trust, stiffness, settings)
     bound = Character(
         surface=surface,
         body=body,
@@ -210,24 +211,13 @@ def _choose_parts(cost: FloatArray, area: FloatArray, stiffness: Any, settings: 
 
 
 def _skin(
-    anchors: IntArray,
-    price: FloatArray,
-    normals: FloatArray,
-    body_normals: FloatArray,
-    distance: FloatArray,
-    body: Body,
-    area: FloatArray,
-    stiffness: Any,
-    settings: BindSettings,
+    anchors: IntArray, body: Body, mass: FloatArray, stiffness: Any, settings: BindSettings
 ) -> tuple[FloatArray, IntArray]:
-    """Top-4 weights (V, 4), largest first, and their bones (V, 4)."""
+    """Top-4 weights (V, 4), largest first, and their bones (V, 4): those of the `anchors`, smoothed where their `mass` (V,) is small."""
     from scipy.sparse import diags
 
     used = np.flatnonzero(body.weights[np.unique(anchors)].max(axis=0) > 0)
     start = body.weights[anchors][:, used].astype(np.float64)
-    agreement = np.clip((normals * body_normals[anchors]).sum(axis=1), 0, 1)
-    trust = (0.05 + 0.95 * agreement) * np.exp(-((price / settings.far) ** 2)) + 1e-3
-    mass = area * trust
     smooth = Cholesky(diags(mass) + settings.weight_smoothing**2 * stiffness).solve(mass[:, None] * start)
     smooth = np.maximum(smooth, 0)
     four = min(4, len(used))

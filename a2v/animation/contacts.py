@@ -16,10 +16,14 @@ class ContactSettings:
 
     Attributes
     ----------
-    height_on, height_off : float
-        Metres of heel or toes over the ground under which a contact starts, and over which it ends.
-    speed_on, speed_off : float
-        Metres a second: likewise.
+    height_on : float
+        Height of heel or toes over the ground under which a contact starts, metres.
+    height_off : float
+        Height of heel or toes over which a contact ends, metres.
+    speed_on : float
+        Speed of heel or toes under which a contact starts, metres per second.
+    speed_off : float
+        Speed of heel or toes over which a contact ends, metres per second.
     clearance : float
         Metres of air under a foot that moves fast (over 0.5 m/s) without a contact.
     blend : float

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 
+from a2v.geometry.steps import smoothstep
 from a2v.types import BoolArray, FloatArray
 
 
@@ -34,7 +35,7 @@ def bridged(values: FloatArray) -> FloatArray:
     for a, b in itertools.pairwise(known):
         if b - a > 1:
             t = (np.arange(a + 1, b) - a)[:, None] / (b - a)
-            out[a + 1 : b] = values[a] + (values[b] - values[a]) * (t * t * (3 - 2 * t))
+            out[a + 1 : b] = values[a] + (values[b] - values[a]) * smoothstep(t, 0, 1)
     return out
 
 
@@ -44,9 +45,7 @@ def near(flags: BoolArray, width: float) -> FloatArray:
 
     if not flags.any():
         return np.zeros(len(flags))
-    t = np.clip(1 - distance_transform_edt(~flags) / max(width + 1, 1.0), 0, 1)
-    eased: FloatArray = t * t * (3 - 2 * t)
-    return eased
+    return smoothstep(1 - distance_transform_edt(~flags) / max(width + 1, 1.0), 0, 1)
 
 
 def eased(values: FloatArray, width: float) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.geometry.steps import smoothstep
 from a2v.kinematics import rotmat_to_rotvec, rotvec_to_rotmat
 from a2v.types import Body, FloatArray, IntArray
 
@@ -54,7 +55,7 @@ def enter_from(transforms: FloatArray, start: FloatArray, parents: IntArray, *, 
     if count < 1:
         return np.asarray(transforms, np.float32)
     moment = np.arange(count) / count
-    share = moment**2 * (3 - 2 * moment)  # smoothstep: rests at both ends
+    share = smoothstep(moment, 0, 1)
     clip, first = _local(transforms[:count].astype(np.float64), parents), _local(start[None].astype(np.float64), parents)
     between = rotmat_to_rotvec(np.swapaxes(first[..., :3, :3], -1, -2) @ clip[..., :3, :3])
     mixed = clip.copy()

@@ -9,6 +9,7 @@ import numpy as np
 
 from a2v.animation.deform import blended_matrices
 from a2v.errors import InputError
+from a2v.geometry.steps import smoothstep
 from a2v.types import Character, FloatArray
 
 BLINK: tuple[str, str] = ("eyeBlinkLeft", "eyeBlinkRight")
@@ -22,11 +23,16 @@ class BlinkSettings:
     ----------
     rate : float
         Blinks a minute, on average; 0 for none. People at rest blink 10 to 20 times.
-    closing, closed, opening : float
-        How long the lids take to fall, stay down and rise, seconds.
+    closing : float
+        Time that the lids take to close, seconds.
+    closed : float
+        Time that the lids stay closed, seconds.
+    opening : float
+        Time that the lids take to open, seconds.
     least : float
         Shortest time from one blink to the next, seconds.
     seed : int
+        Seed of the times of the blinks.
     """
 
     rate: float = 15.0
@@ -68,7 +74,7 @@ def blinks(frames: int, fps: float, settings: BlinkSettings = BlinkSettings()) -
         falling = 1 - (at - times) / settings.closing
         rising = 1 - (times - at - settings.closed) / settings.opening
         lid = np.clip(np.minimum(falling, rising), 0, 1)
-        shut = np.maximum(shut, lid * lid * (3 - 2 * lid)).astype(np.float32)
+        shut = np.maximum(shut, smoothstep(lid, 0, 1)).astype(np.float32)
         moment += settings.least + float(random.exponential(mean))
     return shut
 

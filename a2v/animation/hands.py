@@ -18,6 +18,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat, swing_between
 from a2v.kinematics.ground import smoothed
+from a2v.kinematics.names import split_side
 from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
@@ -72,7 +73,7 @@ _SHAPES = MappingProxyType(
 
 @functools.lru_cache(maxsize=1)
 def _rules() -> tuple[tuple[re.Pattern[str], str, str], ...]:
-    with open(_TABLE, newline="") as stream:
+    with open(_TABLE, newline="", encoding="utf-8") as stream:
         return tuple((re.compile(row["action"], re.IGNORECASE), row["left"], row["right"]) for row in csv.DictReader(stream))
 
 
@@ -85,12 +86,14 @@ def finger_bones(names: Sequence[str], side: str) -> dict[str, list[int]]:
     """Bones of each of a hand's `FINGERS` from its root, as Anny, SMPL-H and the rigs of engines name them; only fingers with three bones."""
     chains: dict[str, dict[int, int]] = {}
     for bone, name in enumerate(names):
-        plain = name.lower()
-        anny = re.fullmatch(r"finger([1-5])-([1-3])\.([lr])", plain)
-        other = re.search(r"(thumb|index|middle|ring|pinky|little)_?(?:finger_?|proximal)?([1-3])$", plain)
-        if anny and anny[3] == side[0]:
+        own, base = split_side(name)
+        anny = re.fullmatch(r"finger([1-5])([1-3])", base)
+        other = re.search(r"(thumb|index|middle|ring|pinky|little)(?:finger|proximal)?0?([1-3])$", base)
+        if own != side:
+            continue
+        if anny:
             chains.setdefault(FINGERS[int(anny[1]) - 1], {})[int(anny[2])] = bone
-        elif other and side in plain:
+        elif other:
             chains.setdefault(other[1].replace("pinky", "little"), {})[int(other[2])] = bone
     return {finger: [chain[place] for place in (1, 2, 3)] for finger, chain in chains.items() if sorted(chain) == [1, 2, 3]}
 

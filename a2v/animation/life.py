@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.animation.detail import FRONT, follow_face, follow_hands
 from a2v.animation.hands import HAND_POSES, hands_of, pose_hands, turn_bones, turn_palms
 from a2v.animation.rig import SIDES, Rig
 from a2v.errors import InputError
@@ -19,6 +20,8 @@ from a2v.types import FloatArray, Motion
 
 AHEAD_SECONDS = 0.3
 """Eyes and head turn before the body does."""
+_SWAY_STREAM = 7
+"""Second number of the seed of the sway, so that blinks with the same seed draw other numbers."""
 _HANDS_SECONDS = 0.6
 """Over which hands go from one action's pose to the next one's, most of it before that begins."""
 _BREATH_SECONDS = 4.0
@@ -40,8 +43,10 @@ class LifeSettings:
         Turn the forearms so that the palms of hanging arms face the thighs.
     gaze : float
         How far the head turns to where the person goes; 0 leaves it on the shoulders.
-    breath, sway : float
-        Size of the breath, and of the sway of people who stand; 1 is natural, 0 none.
+    breath : float
+        Size of the breath; 1 is natural, 0 is none.
+    sway : float
+        Size of the sway of a person who stands; 1 is natural, 0 is none.
     cycle : float
         Seconds after which the clip repeats; 0 where it does not.
     seed : int
@@ -69,8 +74,12 @@ STILL = LifeSettings(hands="rest", palms=False, gaze=0.0, breath=0.0, sway=0.0)
 """Nothing but what the motion's joints say."""
 
 
-def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], motion: Motion, settings: LifeSettings) -> FloatArray:
+def enliven(
+    transforms: FloatArray, rig: Rig, names: tuple[str, ...], motion: Motion, settings: LifeSettings, source: Mapping[str, FloatArray]
+) -> FloatArray:
     """Hands, palms, gaze and breath on the bones of a rig; feet, hips and elbows stay where they are.
+
+    Where the motion itself tells of fingers and of the face (`a2v.animation.detail`), those count.
 
     Parameters
     ----------
@@ -81,23 +90,41 @@ def enliven(transforms: FloatArray, rig: Rig, names: tuple[str, ...], motion: Mo
     motion : Motion
         Whose rate, actions and their beginnings count.
     settings : LifeSettings
+    source : mapping of joint to (T, 3)
+        The motion's joints as the rig follows them, with those of `detail_joints`.
 
     Returns
     -------
     (T, B, 4, 4) float64
     """
     fps = motion.fps
+    told = share_of(motion, "told", len(transforms), otherwise=True)
     if settings.palms:
         transforms = turn_palms(transforms, rig, names, fps)
     if settings.hands == "auto":
         transforms = pose_hands(transforms, rig, names, *_hands_in_turn(motion, len(transforms)))
+        transforms = follow_hands(transforms, rig, names, source, told)
     else:
         transforms = pose_hands(transforms, rig, names, [(settings.hands, settings.hands)])
     if settings.breath:
         transforms = _breathe(transforms, rig, fps, settings)
     if settings.gaze:
-        transforms = _look_ahead(transforms, rig, fps, settings)
+        transforms = _look_ahead(transforms, rig, fps, settings, 1 - told if FRONT in source else np.ones(len(transforms)))
+        transforms = follow_face(transforms, rig, source, told)
     return transforms
+
+
+def share_of(motion: Motion, fact: str, frames: int, *, otherwise: bool = False) -> FloatArray:
+    """How much of each frame (T,) is of actions for which ``motion.provenance[fact]``, a truth for each, holds; `otherwise` where it says nothing.
+
+    ``told``: joints of fingers and face mean something; ``air``: it takes place over the ground.
+    """
+    truths = np.array(motion.provenance.get(fact, [otherwise]), np.float64)
+    if len(set(truths)) == 1:
+        return np.full(frames, truths[0])
+    if motion.action_starts is None or len(truths) != len(motion.action_starts):
+        return np.zeros(frames)
+    return _shares(motion, frames) @ truths
 
 
 def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], FloatArray]:
@@ -105,11 +132,17 @@ def _hands_in_turn(motion: Motion, frames: int) -> tuple[list[tuple[str, str]], 
     poses = [hands_of(name) for name in motion.action.split(",")]
     if len(set(poses)) == 1 or motion.action_starts is None:
         return ([poses[0]] if len(set(poses)) == 1 else [("relaxed", "relaxed")]), np.ones((frames, 1))
+    return poses, _shares(motion, frames)
+
+
+def _shares(motion: Motion, frames: int) -> FloatArray:
+    """How much of each of the actions, whose beginnings are known, the hands have (T, A)."""
+    assert motion.action_starts is not None
     times = np.arange(frames) / motion.fps
     begun = np.stack([smoothstep(times, start - 0.6 * _HANDS_SECONDS, start + 0.4 * _HANDS_SECONDS) for start in motion.action_starts[1:]], -1)
     begun = np.concatenate([np.ones((frames, 1)), begun, np.zeros((frames, 1))], axis=1)
     shares: FloatArray = -np.diff(np.minimum.accumulate(begun, axis=1), axis=1)
-    return poses, shares
+    return shares
 
 
 def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings) -> dict[str, FloatArray]:
@@ -117,7 +150,7 @@ def swayed(source: Mapping[str, FloatArray], fps: float, settings: LifeSettings)
     still = _stillness(source, fps)
     if not settings.sway or not still.any():
         return dict(source)
-    random = np.random.default_rng([settings.seed, 7])
+    random = np.random.default_rng([settings.seed, _SWAY_STREAM])
     times = np.arange(len(still))[:, None] / fps
     shift = np.zeros((len(still), 3))
     for period, size in _SWAY:
@@ -168,8 +201,8 @@ def _breathe(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSetting
     return out
 
 
-def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings) -> FloatArray:
-    """Turn neck and head towards where the person goes, a little before the body turns; the gaze stays near the horizon.
+def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSettings, free: FloatArray) -> FloatArray:
+    """Turn neck and head towards where the person goes, a little before the body turns; the gaze stays near the horizon; as far as it is `free` (T,).
 
     A joint of the head says where it is, not which way it faces: without this it is screwed to the shoulders.
     """
@@ -199,7 +232,7 @@ def _look_ahead(transforms: FloatArray, rig: Rig, fps: float, settings: LifeSett
     pitch = np.arcsin(np.clip(face[:, 1], -1, 1))
     lasting = smoothed(pitch[:, None], 0.6 * fps)[:, 0]
     nod = np.clip(lasting, np.deg2rad(-14), np.deg2rad(2)) - lasting
-    upright = smoothstep((worn[upper] @ up)[:, 1], 0.6, 0.9) * settings.gaze
+    upright = smoothstep((worn[upper] @ up)[:, 1], 0.6, 0.9) * settings.gaze * free
     turn, nod = (smoothed((angle * upright)[:, None], 0.1 * fps)[:, 0] for angle in (turn, nod))
     out = transforms.copy()
     steps = [*chain, head]

@@ -8,9 +8,10 @@ import numpy as np
 
 from a2v.animation.clearance import clear_arms
 from a2v.animation.contacts import ContactSettings
+from a2v.animation.detail import detail_joints
 from a2v.animation.entrance import enter_from, in_world
 from a2v.animation.grounding import clean_contacts
-from a2v.animation.life import LifeSettings, enliven, swayed
+from a2v.animation.life import LifeSettings, enliven, share_of, swayed
 from a2v.animation.orient import orient_bones
 from a2v.animation.posture import standing_posture, straightened
 from a2v.animation.rig import SIDES, Rig, rig_of, sole_points
@@ -92,7 +93,7 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     if settings.level not in ("auto", "always", "never"):
         raise InputError(f"level is '{settings.level}'; choose from auto, always, never")
     rig = rig_of(body)
-    source = source_joints(motion)
+    source = {**detail_joints(motion), **source_joints(motion)}
     if settings.smoothing > 0:
         source = {name: smoothed(points, settings.smoothing * motion.fps) for name, points in source.items()}
     scale = rig.leg_length / source_leg_length(source)
@@ -109,8 +110,10 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     if settings.raw:
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
+        before = transforms[:, 0, 1, 3]
         transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
-    transforms = enliven(transforms, rig, body.bone_names, motion, settings.life)
+        transforms[..., 1, 3] += (share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3]))[:, None]
+    transforms = enliven(transforms, rig, body.bone_names, motion, settings.life, source)
     if settings.clear_arms and not settings.raw:
         transforms = clear_arms(transforms, rig, motion.fps)
     if settings.from_photo:

@@ -8,6 +8,7 @@ from a2v.body.carry import carry_over
 from a2v.body.confidence import doubts
 from a2v.body.fingers import bend_fingers
 from a2v.body.fit import FitResult, fit_body
+from a2v.body.flat import flattened
 from a2v.body.landmarks import JOINT_BONES
 from a2v.body.parts import PART_NEIGHBORS, PARTS, part_of_bone
 from a2v.body.registry import MODELS, load_body_model
@@ -32,6 +33,7 @@ __all__ = [
     "carry_over",
     "doubts",
     "fit_body",
+    "flattened",
     "load_body_model",
     "make_body",
     "nearest_spots",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,35 @@ from a2v.body.limbs import LIMBS, TRUNK
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.types import FloatArray
 
-MEAN, LARGEST, OVERLAP, OTHERS = 0.02, 0.09, 0.7, 0.6
-"""Fits look wrong whose landmarks are farther from the photo's, in the mean or the worst of them, relative to the height, or whose silhouette
-and the photo's have less in common than the third; less than the last where landmarks agree says that these are wrong: no skirt is so wide."""
-UNEASY = (0.015, 0.78)
-"""Nor does a fit look right whose landmarks are farther off than the first in the mean while the silhouettes share less than the second: neither
-convinces. A skirt alone keeps the landmarks."""
+
+@dataclass(frozen=True)
+class Suspicion:
+    """Thresholds at which a fit to a photo looks wrong. Distances of landmarks are relative to the person's height.
+
+    Attributes
+    ----------
+    mean : float
+        Mean distance between the landmarks of the body and those of the photo.
+    largest : float
+        Largest of these distances.
+    overlap : float
+        Intersection over union of the silhouettes below which the fit looks wrong.
+    other_landmarks : float
+        The same below which the landmarks are taken to be wrong even if the body agrees with them: no skirt is wide enough to explain it.
+    uneasy_mean, uneasy_overlap : float
+        A fit looks wrong as well if the mean distance is over the first and the overlap is below the second. A skirt changes the overlap alone.
+    """
+
+    mean: float = 0.02
+    largest: float = 0.09
+    overlap: float = 0.7
+    other_landmarks: float = 0.6
+    uneasy_mean: float = 0.015
+    uneasy_overlap: float = 0.78
+
+
+SUSPICION = Suspicion()
+"""Chosen on the benchmark's panel for development (docs/research/fitting.md)."""
 DOUBTFUL = 0.15
 """Metres that a limb is expected to be off in depth from which on the user is told. On the photos that the coefficients come from such limbs were
 off by 37 cm in the mean, the others by 6 (25 and 9 without a body map)."""
@@ -33,18 +57,18 @@ benchmark's panel for development, with one on 58 of people and clips that its n
 
 def looks_wrong(residuals: Mapping[str, Any]) -> bool:
     """Whether the `FitResult.residuals` say that the body does not lie on the person."""
-    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < OVERLAP
+    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.overlap
 
 
 def landmarks_look_wrong(residuals: Mapping[str, Any]) -> bool:
     """Whether they also say that the detector's landmarks do not lie on the person."""
-    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < OTHERS
+    return _is_off(residuals) or residuals.get("silhouette_iou", 1.0) < SUSPICION.other_landmarks
 
 
 def _is_off(residuals: Mapping[str, Any]) -> bool:
     """Whether landmarks are too far off for what the silhouettes share."""
-    uneasy = residuals["keypoint_mean"] > UNEASY[0] and residuals.get("silhouette_iou", 1.0) < UNEASY[1]
-    return bool(uneasy or residuals["keypoint_mean"] > MEAN or residuals["keypoint_max"] > LARGEST)
+    uneasy = residuals["keypoint_mean"] > SUSPICION.uneasy_mean and residuals.get("silhouette_iou", 1.0) < SUSPICION.uneasy_overlap
+    return bool(uneasy or residuals["keypoint_mean"] > SUSPICION.mean or residuals["keypoint_max"] > SUSPICION.largest)
 
 
 def limb_features(landmarks: FloatArray, evidence: Evidence, scale: float, overlap: float) -> dict[str, FloatArray]:

@@ -13,8 +13,6 @@ _PLACE, _DEPTH = 0.06, 0.03
 """Expected errors at which a pixel counts half: of its place, in the unit of `CanonicalPlaces`; of its depth, relative to the person's height."""
 _ELSEWHERE = 0.03
 """Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
-
-
 @dataclass(frozen=True, eq=False)
 class DenseEvidence:
     """Pixels of a body map, each with the vertex that it shows.
@@ -38,7 +36,9 @@ class DenseEvidence:
     depth_weights: FloatArray
 
 
-def gather_dense(found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int) -> DenseEvidence | None:
+def gather_dense(
+    found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int, standing: bool = False
+) -> DenseEvidence | None:
     """`count` pixels of a body map, evenly drawn; None where it sees nobody.
 
     Parameters
@@ -49,6 +49,8 @@ def gather_dense(found: BodyMap, keypoints: FloatArray, *, height: float, count:
     height : float
         The person's standing height, pixels.
     count, seed : int
+    standing : bool
+        The person stands upright on straight legs: the fit knows depths better without a map than with it, and they count for nothing.
     """
     from scipy.spatial import cKDTree
 
@@ -68,5 +70,5 @@ def gather_dense(found: BodyMap, keypoints: FloatArray, *, height: float, count:
         pixels=pixels,
         depths=depths,
         weights=agreed / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
-        depth_weights=agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
+        depth_weights=(not standing) * agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )

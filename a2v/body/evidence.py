@@ -10,9 +10,12 @@ import numpy as np
 from a2v.body.dense import DenseEvidence, gather_dense
 from a2v.body.settings import FitSettings
 from a2v.body.silhouette import MaskField, mask_field
+from a2v.body.view import LEVEL, View, believed_view
 from a2v.errors import InputError
 from a2v.kinematics import best_scale
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX, LIMBS_BY_HEIGHT
+from a2v.kinematics.stance import leg_stance
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
 
 # How far to trust each landmark, chosen by hand: the face and the hands have many, and where they lie on a body is less certain.
@@ -67,6 +70,8 @@ class Evidence:
         What pixels show of the body.
     depth_scales : (33,) or None
         Errors in depth that the body map expects of its landmarks, relative to the height.
+    view : View
+        Where the camera is believed to be.
     """
 
     pixels: FloatArray
@@ -83,6 +88,7 @@ class Evidence:
     trust: float = 1.0
     dense: DenseEvidence | None = None
     depth_scales: FloatArray | None = None
+    view: View = LEVEL
 
     @property
     def has_depth(self) -> bool:
@@ -132,8 +138,8 @@ class Evidence:
         segments = np.array([[LANDMARK_INDEX[first], LANDMARK_INDEX[last]] for first, last in _SEGMENTS])
         difference = points[segments[:, 1], 2] - points[segments[:, 0], 2]
         depth_known = known[segments].all(axis=1) & usable
-        height = 1.7 * scale if usable else _height_without_depth(pixels, confidence)
-        legs = [_leg(side, pixels, confidence, points if usable else None) for side in ("left", "right")]
+        height = TYPICAL_HEIGHT * scale if usable else _height_without_depth(pixels, confidence)
+        legs = [leg_stance(side, pixels, confidence, points if usable else None) for side in ("left", "right")]
         return cls(
             pixels=pixels,
             confidence=confidence,
@@ -162,30 +168,6 @@ def _height_without_depth(pixels: FloatArray, confidence: FloatArray) -> float:
     return float(1.1 * np.ptp(pixels[confidence > 0.3, 1]) + 1.0)
 
 
-def _leg(side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None) -> tuple[bool, bool]:
-    """Whether a leg looks straight, and upright too, by keypoints (33, 2) and, if they are usable, 3D keypoints (33, 3).
-
-    The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
-    """
-    hip, knee, ankle, shoulder = (LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder"))
-    if min(confidence[[hip, knee, ankle]]) < 0.3:
-        return False, False
-
-    def bend(positions: FloatArray) -> float:
-        upper, lower = positions[knee] - positions[hip], positions[ankle] - positions[knee]
-        cosine = upper @ lower / max(np.linalg.norm(upper) * np.linalg.norm(lower), 1e-9)
-        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-
-    leg = pixels[ankle] - pixels[hip]
-    straight = bend(pixels) < 15.0
-    if points is not None and np.isfinite(points[[hip, knee, ankle]]).all():
-        straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
-    if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
-        straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
-    upright = abs(leg[0]) < 0.3 * leg[1]
-    return bool(straight), bool(straight and upright)
-
-
 def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     """Turn a subject into numbers that the objective compares with.
 
@@ -205,10 +187,28 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     known = (float(-left), float(-top), float(width - left), float(height - top))
     field = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
     evidence = Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)
+    view = believed_view(subject, _box(subject, field), height=evidence.height, tall=settings.height, distance=settings.distance)
+    evidence = dataclasses.replace(evidence, view=view)
     if subject.bodymap is None:
         return evidence
     evidence = dataclasses.replace(evidence, depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height)
     if max(settings.dense_weight, settings.dense_depth_weight) == 0:
         return evidence
-    dense = gather_dense(subject.bodymap, subject.keypoints, height=evidence.height, count=settings.dense_pixels, seed=settings.seed)
+    dense = gather_dense(
+        subject.bodymap,
+        subject.keypoints,
+        height=evidence.height,
+        count=settings.dense_pixels,
+        seed=settings.seed,
+        standing=all(evidence.standing),
+    )
     return dataclasses.replace(evidence, dense=dense)
+
+
+def _box(subject: Subject, field: MaskField | None) -> FloatArray:
+    """Left, top, right, bottom (4,) of the person by the mask, or by the landmarks where there is none, pixels."""
+    if field is not None and field.inside.any():
+        rows, columns = np.nonzero(field.inside)
+        return field.step * np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float64)
+    seen = subject.keypoints[subject.keypoints[:, 2] > 0.3, :2].astype(np.float64)
+    return np.concatenate([seen.min(axis=0), seen.max(axis=0)])

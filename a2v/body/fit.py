@@ -24,10 +24,11 @@ from a2v.body.skinning import BodyModel, make_body
 from a2v.body.stray import agrees_better, mend_doubtful, mend_strays
 from a2v.body.surface_term import SurfaceSamples
 from a2v.body.unknowns import Unknowns
+from a2v.body.view import View
 from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
-from a2v.types import Body, FloatArray, OrthographicCamera, Progress, Subject, Surface
+from a2v.types import Body, FloatArray, OrthographicCamera, PhotoCamera, Progress, Subject, Surface
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,17 @@ class FitResult:
     ----------
     body : Body
         In the photo's frame: lowest point at y = 0, pelvis at x = z = 0 (in the surface's frame, if one was given).
-    camera : OrthographicCamera
+    camera : PhotoCamera
     residuals : dict
         ``keypoint_mean`` and ``keypoint_max`` (fractions of the person's height, over confident keypoints),
-        ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres), ``loss`` (by term),
+        ``keypoints`` (by landmark), ``silhouette_iou``, ``height`` (standing, metres), ``camera`` (distance and height, metres, pitch,
+        degrees, and why the distance is believed), ``loss`` (by term),
         ``rounds`` (done); of the photo alone ``limb_errors`` (by `LIMBS`: expected error in depth, metres); with a surface also
         ``surface_mean`` (metres, from the surface to the body); with a model of one's own ``carried_over`` (metres, mean distance from its skin to the fitted one).
     """
 
     body: Body
-    camera: OrthographicCamera
+    camera: PhotoCamera
     residuals: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -70,7 +72,7 @@ def fit_body(
     *,
     settings: FitSettings | None = None,
     surface: Surface | None = None,
-    camera: OrthographicCamera | None = None,
+    camera: PhotoCamera | OrthographicCamera | None = None,
     initial: FitResult | None = None,
     progress: Progress | None = None,
 ) -> FitResult:
@@ -86,7 +88,7 @@ def fit_body(
     settings : FitSettings, optional
     surface : Surface, optional
         Reconstructed person in the frame of `camera`.
-    camera : OrthographicCamera, optional
+    camera : PhotoCamera or OrthographicCamera, optional
         Needed with `surface`, which is seen through it; then it stays as it is.
     initial : FitResult, optional
         Where to start (the fit to the photo alone, in the frame of `camera`); otherwise it is made here.
@@ -102,7 +104,12 @@ def fit_body(
     model = load_body_model()
     if surface is not None and camera is None:
         raise InputError("fit_body got a surface without its camera; pass camera= as well")
-    fit = _Fit(model, gather_evidence(subject, settings), settings, progress or _silent)
+    if isinstance(camera, OrthographicCamera):
+        camera = PhotoCamera(flat=camera)
+    evidence = gather_evidence(subject, settings)
+    if camera is not None:
+        evidence = dataclasses.replace(evidence, view=View.of(camera))
+    fit = _Fit(model, evidence, settings, progress or _silent)
     if surface is None:
         return _carried(fit.to_photo() if initial is None else fit.refined(_unknowns_of(initial)), wanted)
     assert camera is not None
@@ -204,7 +211,7 @@ class _Fit:
         camera = self._ground(unknowns, objective.space)
         return self._result(unknowns, camera, objective.space, {"loss": loss, "rounds": done})
 
-    def to_surface(self, unknowns: Unknowns, surface: Surface, camera: OrthographicCamera) -> FitResult:
+    def to_surface(self, unknowns: Unknowns, surface: Surface, camera: PhotoCamera) -> FitResult:
         """The fit to keypoints and surface, in the surface's frame (Eq. 15)."""
         samples = SurfaceSamples.build(surface, camera, self.evidence, seed=self.settings.seed)
         objective = Objective(self.model, self.evidence, self.settings, surface=samples)
@@ -223,26 +230,22 @@ class _Fit:
         result = self._result(unknowns, unknowns.camera(), objective.space, found, samples)
         return dataclasses.replace(result, camera=camera)
 
-    def _ground(self, unknowns: Unknowns, space: PoseSpace) -> OrthographicCamera:
+    def _ground(self, unknowns: Unknowns, space: PoseSpace) -> PhotoCamera:
         """Move the body's lowest point to y = 0 and its pelvis to x = z = 0; returns the camera that sees it where it was."""
         import torch
 
+        camera = unknowns.camera()
         with torch.no_grad():
             state = self.model.forward(unknowns.rotmats(space).float(), unknowns.shape.float(), unknowns.translation.float())
             pelvis = state.joints[0].double()
             shift = torch.stack([-pelvis[0], -state.vertices[:, 1].min().double(), -pelvis[2]])
             unknowns.translation += shift
-        camera = unknowns.camera()
-        return OrthographicCamera(
-            scale=camera.scale,
-            center_u=camera.center_u - camera.scale * float(shift[0]),
-            center_v=camera.center_v + camera.scale * float(shift[1]),
-        )
+        return camera.moved(shift.numpy())
 
     def _result(
         self,
         unknowns: Unknowns,
-        camera: OrthographicCamera,
+        camera: PhotoCamera,
         space: PoseSpace,
         found: Mapping[str, Any],
         samples: SurfaceSamples | None = None,
@@ -257,9 +260,9 @@ class _Fit:
         provenance = {"model": self.model.name, "settings": dataclasses.asdict(self.settings)}
         body = make_body(self.model, rotations, shape.numpy(), unknowns.translation.detach().numpy(), provenance=provenance)
         body = dataclasses.replace(body, parameters={**body.parameters, "angles": angles})
-        residuals = {**self._landmark_errors(body, camera, height), "height": height, **found}
+        residuals = {**self._landmark_errors(body, camera, height), "height": height, "camera": _told(camera), **found}
         if (mask := self.evidence.mask) is not None:
-            raster = rasterize(body.vertices, body.faces, camera, mask.inside.shape, step=mask.step)["mask"]
+            raster = rasterize(camera.flatten(body.vertices), body.faces, camera.flat, mask.inside.shape, step=mask.step)["mask"]
             residuals["silhouette_iou"] = mask_iou(raster & self.evidence.mask_known, mask.inside & self.evidence.mask_known)
         if samples is not None:
             residuals["surface_mean"] = samples.mean_distance(body.vertices, body.faces)
@@ -275,7 +278,7 @@ class _Fit:
             points: FloatArray = self.model.landmarks(final).numpy()
         return points
 
-    def _landmark_errors(self, body: Body, camera: OrthographicCamera, height: float) -> dict[str, Any]:
+    def _landmark_errors(self, body: Body, camera: PhotoCamera, height: float) -> dict[str, Any]:
         """Distances of the confident keypoints from the body's landmarks, by its standing `height` in metres."""
         seen = self.evidence.confidence > 0.3
         error = np.linalg.norm(camera.project(self._landmarks(body)) - self.evidence.pixels, axis=1) / (camera.scale * height)
@@ -284,6 +287,12 @@ class _Fit:
             "keypoint_max": float(error[seen].max()),
             "keypoints": {name: float(error[index]) for index, name in enumerate(BLAZEPOSE) if seen[index]},
         }
+
+
+def _told(camera: PhotoCamera) -> dict[str, Any]:
+    """What the report says of a camera."""
+    perspective = {"height": camera.height, "pitch": float(np.degrees(camera.pitch))} if camera.distance > 0 else {}
+    return {"distance": camera.distance, **perspective, "distance_from": camera.source}
 
 
 def _unknowns_of(result: FitResult) -> Unknowns:
@@ -296,14 +305,16 @@ def _unknowns_of(result: FitResult) -> Unknowns:
         angles=parameters["angles"],
         shape=parameters["shape"],
         translation=parameters["translation"],
-        camera=result.camera,
+        camera=result.camera.flat,
+        view=View.of(result.camera),
     )
 
 
-def _move_to_camera(unknowns: Unknowns, *, old: OrthographicCamera, new: OrthographicCamera) -> None:
+def _move_to_camera(unknowns: Unknowns, *, old: PhotoCamera, new: PhotoCamera) -> None:
     """Shift a body seen through `old` so that it lands on the same pixels through `new` (of about the same scale)."""
     import torch
 
-    move = [(old.center_u - new.center_u) / new.scale, (new.center_v - old.center_v) / new.scale, 0.0]
+    first, then = old.flat, new.flat
+    move = [(first.center_u - then.center_u) / then.scale, (then.center_v - first.center_v) / then.scale, 0.0]
     with torch.no_grad():
         unknowns.translation += torch.tensor(move, dtype=unknowns.translation.dtype)

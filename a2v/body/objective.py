@@ -18,6 +18,7 @@ from a2v.body.silhouette import RimMatches, match_rim
 from a2v.body.skinning import BodyState
 from a2v.body.surface_term import SurfaceMatches, SurfaceSamples, match_surface
 from a2v.body.unknowns import Unknowns
+from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.types import FloatArray, IntArray
 
@@ -30,6 +31,7 @@ Stage = Literal["depth", "camera", "joints", "silhouette", "surface_joints", "su
 _SHAPE_SPREAD = {"gender": 0.4, "age": 0.05, "muscle": 0.25, "weight": 0.2, "height": 0.05, "proportions": 0.25}
 # Clothes hide the chest: a photo's silhouette says too little for it, and what it would add shows on men.
 _GENDER_OF_A_PHOTO, _GENDER_SPREAD_OF_A_PHOTO = 0.35, 0.2
+_SOLES = [LANDMARK_INDEX[f"{side}_{place}"] for side in ("left", "right") for place in ("heel", "foot_index")]
 
 
 class Objective:
@@ -104,6 +106,8 @@ class Objective:
             unknowns.shape, mean=self._shape_mean, spread=self._shape_spread, state=state, height=s.height, height_sigma=s.height_sigma
         )
         terms["bounds"] = term.outside(unknowns.shape, self._shape_bounds, tolerance=0.02)
+        if unknowns.pitch.requires_grad and unknowns.view.distance > 0:
+            terms["camera"] = term.held_camera(unknowns.camera_height(landmarks[_SOLES, 1].min()))
         if stage not in ("depth", "camera"):
             terms["collision"] = s.collision_weight * term.collision(self.balls, state)
             terms["feet"] = s.feet_weight * term.feet(unknowns.angles, landmarks, space=self.space, evidence=self.evidence)
@@ -200,7 +204,8 @@ class Objective:
         mask = self.evidence.mask
         if mask is None or not len(mask.contour):
             return
-        self._rim = match_rim(mask, self._skin(unknowns), self.model.faces, unknowns.camera(), height=self.evidence.height)
+        camera = unknowns.camera()
+        self._rim = match_rim(mask, camera.flatten(self._skin(unknowns)), self.model.faces, camera.flat, height=self.evidence.height)
 
     def renew_surface(self, unknowns: Unknowns) -> None:
         """Match the samples of the surface to the body as it is now."""
@@ -214,6 +219,8 @@ class Objective:
         free = [unknowns.root, unknowns.translation]
         if unknowns.log_scale.requires_grad and stage != "depth":
             free.append(unknowns.log_scale)
+            if unknowns.view.distance > 0:
+                free.append(unknowns.pitch)
         if stage != "camera":
             free.append(unknowns.angles)
         if stage not in ("depth", "camera"):

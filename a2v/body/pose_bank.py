@@ -16,6 +16,7 @@ from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 SHIPPED = Path(__file__).parent / "data" / "pose_bank_anny.npz"
@@ -101,7 +102,7 @@ def alike(bank: PoseBank, evidence: Evidence, *, count: int, apart: float = 0.12
     if (weight > 0.1).sum() < 6:
         return []
     weight = weight / weight.sum()
-    seen = evidence.pixels[index] * [1.0, -1.0] / (evidence.height / 1.7)  # metres of a person of 1.7 m
+    seen = evidence.pixels[index] * [1.0, -1.0] / (evidence.height / TYPICAL_HEIGHT)  # metres of a person of typical height
     known = np.zeros(len(index)) if evidence.points is None else np.isfinite(evidence.points[index, 2]) * weight
     told = np.zeros(len(index)) if evidence.points is None else np.nan_to_num(evidence.points[index, 2])
     seen = seen - weight @ seen
@@ -179,7 +180,7 @@ def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float =
         bones = (1 - steps) * flat[:, first, None] + steps * flat[:, last, None]
         pixels = scale[:, None, None] * bones.reshape(len(flat), -1, 2) + shift[:, None]
         cell = np.clip((pixels / mask.step).astype(int), 0, np.array(mask.inside.shape)[::-1] - 1)
-        outside = np.maximum(mask.distance[cell[..., 1], cell[..., 0]], 0).mean(axis=1) / (1.7 * scale)
+        outside = np.maximum(mask.distance[cell[..., 1], cell[..., 0]], 0).mean(axis=1) / (TYPICAL_HEIGHT * scale)
         scores.append(outside + 0.05 * np.abs(np.log(ratio[:, 0] / ratio[:, 1])))
         frames.append((scale, shift, pixels))
     score = np.stack(scores, axis=1)
@@ -188,7 +189,7 @@ def alike_outline(bank: PoseBank, mask: MaskField, *, count: int, apart: float =
         number, heading = np.unravel_index(place, score.shape)
         scale, _, pixels = (values[number] for values in frames[heading])
         gap = np.linalg.norm(spots[:, None] - pixels[None], axis=-1).min(axis=1)
-        filled.append((score[number, heading] + float(np.sqrt((gap**2).mean())) / (1.7 * scale), int(number), int(heading)))
+        filled.append((score[number, heading] + float(np.sqrt((gap**2).mean())) / (TYPICAL_HEIGHT * scale), int(number), int(heading)))
     found: list[Placed] = []
     places: list[FloatArray] = []
     for misfit, number, heading in sorted(filled):

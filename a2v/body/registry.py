@@ -24,6 +24,8 @@ def _anny() -> AnnyModel:
 
 MODELS: Mapping[str, Callable[[], BodyModel]] = {"anny": _anny}
 """Names that `load_body_model` knows, and what makes the model."""
+MODEL_SUFFIXES = (".npz", ".pkl")
+"""What files of body models end in."""
 
 
 @overload
@@ -43,6 +45,6 @@ def load_body_model(name: str = "anny") -> BodyModel:
     """
     if name in MODELS:
         return MODELS[name]()
-    if not name.lower().endswith((".npz", ".pkl")):
+    if not name.lower().endswith(MODEL_SUFFIXES):
         raise InputError(f"unknown body model '{name}'; choose from {', '.join(MODELS)}, or give an SMPL model's .npz file")
     return SmplModel.load(name)

@@ -13,6 +13,8 @@ from a2v.body.pose_bank import alike, alike_outline, load_pose_bank
 from a2v.body.settings import FitSettings
 from a2v.body.start import candidates
 from a2v.body.unknowns import Unknowns
+from a2v.body.view import View
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 
@@ -40,10 +42,10 @@ def first_guess(objective: Objective, model: AnnyModel, evidence: Evidence) -> G
 
 def guess_by_landmarks(objective: Objective, model: AnnyModel, evidence: Evidence, *, starts: int) -> Guess | None:
     """The best of some poses of the bank that look like the landmarks, after a short fit; None where too few are seen."""
-    bank, camera = load_pose_bank(model), candidates(evidence, model)[0].camera()
+    bank, camera = load_pose_bank(model), candidates(evidence, model)[0].camera().flat
     guesses = []
     for like in alike(bank, evidence, count=starts):
-        unknowns = _start(like.root, bank.angles[like.number], model, camera)
+        unknowns = _start(like.root, bank.angles[like.number], model, camera, evidence.view)
         objective.minimize(unknowns, 15, stage="camera")
         guesses.append(Guess(unknowns, objective.minimize(unknowns, 25, stage="joints"), evidence))
     return min(guesses, key=lambda guess: guess.loss, default=None)
@@ -55,8 +57,8 @@ def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings
         return None
     bank, guesses = load_pose_bank(model), []
     for placed in alike_outline(bank, evidence.mask, count=settings.starts):
-        unknowns = _start(placed.root, bank.angles[placed.number], model, placed.camera)
-        doubted = evidence.doubted(1.7 * placed.camera.scale)
+        unknowns = _start(placed.root, bank.angles[placed.number], model, placed.camera, evidence.view)
+        doubted = evidence.doubted(TYPICAL_HEIGHT * placed.camera.scale)
         careful = Objective(model, doubted, settings)
         loss = np.inf
         for _ in range(3):
@@ -66,5 +68,5 @@ def guess_by_outline(model: AnnyModel, evidence: Evidence, settings: FitSettings
     return min(guesses, key=lambda guess: guess.loss, default=None)
 
 
-def _start(root: FloatArray, angles: FloatArray, model: AnnyModel, camera: OrthographicCamera) -> Unknowns:
-    return Unknowns.build(root=root, angles=angles, shape=model.shape_default, translation=np.zeros(3), camera=camera)
+def _start(root: FloatArray, angles: FloatArray, model: AnnyModel, camera: OrthographicCamera, view: View) -> Unknowns:
+    return Unknowns.build(root=root, angles=angles, shape=model.shape_default, translation=np.zeros(3), camera=camera, view=view)

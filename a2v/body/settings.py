@@ -8,6 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.kinematics.stature import TYPICAL_HEIGHT
+
+LEAST_DISTANCE = 0.8
+"""From which a camera may see a whole person, metres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,20 +32,30 @@ class FitSettings:
         Weight of the detector's 3D keypoints, used for the depth along each limb only.
     depth_sigma : float
         Expected error of that depth, relative.
-    dense_weight, dense_depth_weight : float
-        Weights of what the body map's pixels show: where they see a place of the body, and how deep.
+    dense_weight : float
+        Weight of where the body map's pixels see a place of the body.
+    dense_depth_weight : float
+        Weight of the depth at which the body map's pixels see a place of the body.
     dense_pixels : int
-        So many of them are asked.
+        Number of pixels of the body map that are sampled.
     silhouette_weight : float
         Weight of the silhouette; 0 leaves it out.
-    silhouette_sigma, silhouette_robust : float
-        Expected error and Geman-McClure scale of the silhouette, relative.
+    silhouette_sigma : float
+        Expected error of the silhouette, relative.
+    silhouette_robust : float
+        Geman-McClure scale of the silhouette, relative.
     silhouette_size : int
         Longer side of the raster on which silhouettes are compared, pixels.
-    height, height_sigma : float
-        The person's standing height and its uncertainty, metres: one photo does not show it.
-    pose_weight, shape_weight : float
-        Weights of the priors on pose (with the photo alone) and shape.
+    height : float
+        The person's standing height, metres; one photo does not show it.
+    height_sigma : float
+        Uncertainty of that height, metres.
+    distance : float, optional
+        From the camera to the person, metres; 0: an orthographic camera. Without it the photo says: its focal length, else what is usual.
+    pose_weight : float
+        Weight of the prior on pose, in the fit to the photo alone.
+    shape_weight : float
+        Weight of the prior on shape.
     feet_weight : float
         Weight of flat feet and straight legs for people who stand.
     collision_weight : float
@@ -55,8 +69,8 @@ class FitSettings:
     prior_weight : float
         λ_r of Eq. 15: the Gaussian mixture over poses (Eq. 18).
     starts : int
-        Recorded poses from which a fit to a photo starts anew where it looks wrong: so many that look like the landmarks, then so many
-        that fill the mask; 0 for none, of single stray limbs neither.
+        Number of recorded poses from which a fit that looks wrong starts again: as many that resemble the landmarks, then as many that fill
+        the mask. 0 switches off these starts and those of single limbs.
     rounds : int
         Rounds with the silhouette or the surface; the correspondences are renewed at every one.
     steps : int
@@ -79,8 +93,9 @@ class FitSettings:
     silhouette_sigma: float = 0.012
     silhouette_robust: float = 0.04
     silhouette_size: int = 256
-    height: float = 1.7
+    height: float = TYPICAL_HEIGHT
     height_sigma: float = 0.04
+    distance: float | None = None
     pose_weight: float = 1.0
     shape_weight: float = 1.0
     feet_weight: float = 1.0
@@ -100,6 +115,8 @@ class FitSettings:
             value = getattr(self, item.name)
             if isinstance(value, float) and not (np.isfinite(value) and value >= 0):
                 raise InputError(f"FitSettings.{item.name} is {value}; expected a number of at least 0")
+        if self.distance is not None and 0 < self.distance < LEAST_DISTANCE:
+            raise InputError(f"FitSettings.distance is {self.distance}; expected at least {LEAST_DISTANCE} metres, or 0 for an orthographic camera")
         if not 0 <= self.dense_pixels <= 4096:
             raise InputError(f"FitSettings.dense_pixels is {self.dense_pixels}; expected 0 to 4096")
         if not 0 <= self.starts <= 100:

@@ -63,7 +63,11 @@ def nearest_spots(vertices: FloatArray, body: Body) -> Spots:
     """The spot of a body's skin nearest to each point (V, 3), metres: quick and coarse; `a2v.animation.bind` also looks at normals."""
     from scipy.spatial import cKDTree
 
-    nearest = np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1])
+    return spots_of(np.asarray(cKDTree(body.vertices).query(vertices, workers=1)[1]), body)
+
+
+def spots_of(nearest: IntArray, body: Body) -> Spots:
+    """The spots of vertices (V,) of a body."""
     rest = rest_vertices(body)
     normals = np.asarray(vertex_normals(rest, np.asarray(body.faces)), np.float64)
     parts = np.asarray(body.parts)

@@ -10,6 +10,7 @@ from a2v.body.pose_space import pose_space
 from a2v.body.unknowns import Unknowns
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotmat_to_rotvec
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
 # Of Anny's default adult, roughly, which is enough for a start: the hips above the model's origin, metres, and the trunk by the height.
@@ -23,13 +24,13 @@ def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:
     the shoulders and hips say.
     """
     space = pose_space(model)
-    camera = OrthographicCamera(scale=evidence.height / 1.7, center_u=0.0, center_v=0.0)
+    camera = OrthographicCamera(scale=evidence.height / TYPICAL_HEIGHT, center_u=0.0, center_v=0.0)
     pelvis = (
         _middle(evidence, "hip") if _seen(evidence, "hip") else _middle(evidence, "shoulder") + np.array([0.0, _TRUNK * evidence.height])
     )
     camera = OrthographicCamera(scale=camera.scale, center_u=float(pelvis[0]), center_v=float(pelvis[1] + camera.scale * _HIPS))
     return [
-        Unknowns.build(root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera)
+        Unknowns.build(root=root, angles=space.natural, shape=model.shape_default, translation=np.zeros(3), camera=camera, view=evidence.view)
         for root in _orientations(evidence)
     ]
 

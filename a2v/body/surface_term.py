@@ -10,7 +10,7 @@ import numpy as np
 from a2v.body.evidence import Evidence
 from a2v.geometry.rays import ray_scene
 from a2v.kinematics.names import BLAZEPOSE
-from a2v.types import FloatArray, IntArray, OrthographicCamera, Surface
+from a2v.types import FloatArray, IntArray, PhotoCamera, Surface
 
 if TYPE_CHECKING:
     import torch
@@ -37,7 +37,7 @@ class SurfaceSamples:
     target_weights: FloatArray
 
     @classmethod
-    def build(cls, surface: Surface, camera: OrthographicCamera, evidence: Evidence, *, seed: int = 0, count: int = 1500) -> SurfaceSamples:
+    def build(cls, surface: Surface, camera: PhotoCamera, evidence: Evidence, *, seed: int = 0, count: int = 1500) -> SurfaceSamples:
         """Sample a surface (in the frame of `camera`) and put the keypoints inside of it."""
         corner = surface.vertices[surface.faces].astype(np.float64)
         normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -113,11 +113,12 @@ def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return unit
 
 
-def _joints_inside(surface: Surface, camera: OrthographicCamera, evidence: Evidence) -> tuple[FloatArray, FloatArray]:
+def _joints_inside(surface: Surface, camera: PhotoCamera, evidence: Evidence) -> tuple[FloatArray, FloatArray]:
     """Inverse projection of the 2D joints: the middle of the first stretch of flesh behind each keypoint."""
-    scene = ray_scene(surface.vertices, surface.faces)
-    far = float(surface.vertices[:, 2].max()) + 1.0
-    origin = camera.unproject(evidence.pixels, far)
+    flat = camera.flatten(surface.vertices)  # depths stay what they are
+    scene = ray_scene(flat, surface.faces)
+    far = float(flat[:, 2].max()) + 1.0
+    origin = camera.flat.unproject(evidence.pixels, far)
     rays = np.concatenate([origin, np.broadcast_to([0.0, 0.0, -1.0], origin.shape)], axis=1).astype(np.float32)
     hits = scene.list_intersections(rays, nthreads=1)
     ray, reach = hits["ray_ids"].numpy(), hits["t_hit"].numpy()

@@ -15,6 +15,7 @@ from a2v.body.pose_space import PoseSpace
 from a2v.body.silhouette import MaskField, RimMatches
 from a2v.body.skinning import BodyState
 from a2v.body.surface_term import SurfaceMatches
+from a2v.body.view import HELD
 from a2v.kinematics.names import LANDMARK_INDEX
 
 if TYPE_CHECKING:
@@ -78,6 +79,11 @@ def build_of_body(shape: Tensor, *, mean: Tensor, spread: Tensor, state: BodySta
 def collision(balls: LimbBalls, state: BodyState) -> Tensor:
     """Limbs keep out of the trunk and of each other, within 1 cm."""
     return (balls.penetration(state) / 0.01).square().sum()
+
+
+def held_camera(height: Tensor) -> Tensor:
+    """A camera is held at a usual `height` () over the ground, metres."""
+    return ((height - HELD) / 0.2).square()
 
 
 def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evidence) -> Tensor:

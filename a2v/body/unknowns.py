@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from a2v.body.pose_space import PoseSpace
+from a2v.body.view import LEVEL, View
+from a2v.camera import seen_from
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
-from a2v.types import FloatArray, OrthographicCamera
+from a2v.types import FloatArray, OrthographicCamera, PhotoCamera
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -34,6 +37,10 @@ class Unknowns:
         Logarithm of the camera's scale.
     center : tuple of 2 float
         The camera's centre; constant, since the translation does the same.
+    pitch : ()
+        How far down a perspective camera looks, radians.
+    view : View
+        Perspective, if there is one: the optical axis meets the depth of `translation`, or `aim_depth` where that is not None.
     """
 
     base: Tensor
@@ -43,12 +50,22 @@ class Unknowns:
     translation: Tensor
     log_scale: Tensor
     center: tuple[float, float]
+    pitch: Tensor
+    view: View = LEVEL
+    aim_depth: float | None = None
 
     @classmethod
     def build(
-        cls, *, root: FloatArray, angles: FloatArray, shape: FloatArray, translation: FloatArray, camera: OrthographicCamera
+        cls,
+        *,
+        root: FloatArray,
+        angles: FloatArray,
+        shape: FloatArray,
+        translation: FloatArray,
+        camera: OrthographicCamera,
+        view: View = LEVEL,
     ) -> Unknowns:
-        """From plain numbers; `root` is a rotation vector (3,)."""
+        """From plain numbers; `root` is a rotation vector (3,), `camera` the flat one."""
         import torch
 
         def leaf(values: Any) -> Tensor:
@@ -62,6 +79,8 @@ class Unknowns:
             translation=leaf(translation),
             log_scale=leaf(np.log(camera.scale)),
             center=(camera.center_u, camera.center_v),
+            pitch=leaf(view.pitch),
+            view=view,
         )
 
     def rotmats(self, space: PoseSpace) -> Tensor:
@@ -84,23 +103,48 @@ class Unknowns:
             angles=angles,
             shape=self.shape.detach().numpy(),
             translation=self.translation.detach().numpy(),
-            camera=self.camera(),
+            camera=self.camera().flat,
+            view=dataclasses.replace(self.view, pitch=float(self.pitch.detach())),
         )
 
-    def camera(self) -> OrthographicCamera:
+    def camera(self) -> PhotoCamera:
         """The camera as a record."""
-        return OrthographicCamera(scale=float(self.log_scale.detach().exp()), center_u=self.center[0], center_v=self.center[1])
+        flat = OrthographicCamera(scale=float(self.log_scale.detach().exp()), center_u=self.center[0], center_v=self.center[1])
+        if self.view.distance == 0:
+            return PhotoCamera(flat=flat, source=self.view.source)
+        x, y, z = (float(value.detach()) for value in self._aim())
+        aim = (x, y, z)
+        return PhotoCamera(flat=flat, aim=aim, distance=self.view.distance, pitch=float(self.pitch.detach()), source=self.view.source)
 
-    def fix_camera(self, camera: OrthographicCamera) -> None:
+    def fix_camera(self, camera: PhotoCamera) -> None:
         """Take over a camera for good."""
         import torch
 
         self.log_scale = torch.tensor(np.log(camera.scale), dtype=torch.float64)
-        self.center = (camera.center_u, camera.center_v)
+        self.center = (camera.flat.center_u, camera.flat.center_v)
+        self.view, self.aim_depth = View.of(camera), camera.aim[2]
+        self.pitch = torch.tensor(camera.pitch, dtype=torch.float64)
+
+    def _aim(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Where the optical axis meets the person's depth, metres."""
+        import torch
+
+        scale, (u, v) = self.log_scale.exp(), self.view.axis
+        depth = self.translation[2] if self.aim_depth is None else torch.tensor(self.aim_depth, dtype=scale.dtype)
+        return (u - self.center[0]) / scale, (self.center[1] - v) / scale, depth
+
+    def camera_height(self, ground: Tensor) -> Tensor:
+        """How high a perspective camera is over y = `ground` (), metres."""
+        return self._aim()[1] + self.view.distance * self.pitch.tan() - ground
 
     def project(self, points: Tensor) -> Tensor:
         """Pixels (..., 2) of points (..., 3)."""
         import torch
 
         scale = self.log_scale.exp()
+        if self.view.distance > 0:
+            x, y, z = self._aim()
+            offset = points[..., 0] - x, points[..., 1] - y, points[..., 2] - z
+            right, up = seen_from(*offset, distance=self.view.distance, pitch=self.pitch)
+            return torch.stack([self.view.axis[0] + scale * right, self.view.axis[1] - scale * up], dim=-1)
         return torch.stack([self.center[0] + scale * points[..., 0], self.center[1] - scale * points[..., 1]], dim=-1)

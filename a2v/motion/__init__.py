@@ -1,6 +1,6 @@
 """action2motion: from an action's name to 3D human motion.
 
-`MotionModel` samples exported networks with onnxruntime; `a2v.motion.vae`, `a2v.motion.flow` and `a2v.motion.training`
+`MotionModel` samples exported networks with onnxruntime; `a2v.lab.motion.vae`, `a2v.lab.motion.flow` and `a2v.lab.motion.training`
 (which need torch) hold the networks and their training.
 """
 

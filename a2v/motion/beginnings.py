@@ -14,16 +14,20 @@ LEAD_SECONDS = 1 / 3
 """How long somebody who gets going stays in sight before."""
 
 
-def rests(joints: FloatArray, fps: float, usable: int) -> IntArray:
-    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames, can do without at their beginning: people stand there.
+def rests(joints: FloatArray, fps: float, usable: IntArray | int) -> IntArray:
+    """Frames (N,) that clips (N, T, J, 3), which move for `usable` frames (N,) or (), can do without at their beginning: people stand there.
 
     All but `LEAD_SECONDS` of them, which are how people get going.
     """
-    if min(usable, joints.shape[1]) < 2:
+    moving = np.minimum(np.broadcast_to(usable, len(joints)), joints.shape[1])
+    if joints.shape[1] < 2:
         return np.zeros(len(joints), dtype=np.int64)
-    speeds = np.linalg.norm(np.diff(joints[:, :usable].astype(np.float64), axis=1), axis=-1).mean(axis=-1)
-    even = uniform_filter1d(speeds, max(1, round(fps / 4)), axis=1, mode="nearest")
-    going = (even > RESTING * np.quantile(even, 0.75, axis=1, keepdims=True)).argmax(axis=1)
+    speeds = np.linalg.norm(np.diff(joints.astype(np.float64), axis=1), axis=-1).mean(axis=-1)
+    last = np.maximum(moving - 2, 0)[:, None]
+    at = np.minimum(np.arange(speeds.shape[1]), last)  # what comes after is as the last that moves
+    even = uniform_filter1d(np.take_along_axis(speeds, at, axis=1), max(1, round(fps / 4)), axis=1, mode="nearest")
+    brisk = np.nanquantile(np.where(np.arange(speeds.shape[1]) <= last, even, np.nan), 0.75, axis=1, keepdims=True)
+    going = np.where(moving < 2, 0, (even > RESTING * brisk).argmax(axis=1))
     found: IntArray = np.maximum(going - round(LEAD_SECONDS * fps), 0)
     return found
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
+from a2v.io import shorten
 from a2v.kinematics import Skeleton, skeleton_of
-from a2v.sessions import read_metadata
+from a2v.sessions import open_session, read_metadata
 from a2v.types import FloatArray
 
 MAX_FRAMES = 10_000
@@ -25,7 +26,8 @@ STEP_FORMAT, WINDOW_FORMAT = "a2v-motion/1", "a2v-flow/1"
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
 """Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H); its outputs are ``last_<name>``."""
 
-_LARGEST_SIZE = 1_000_000
+_LARGEST_SIZE = 10_000
+"""Of noise vectors and states; shipped models have 384 and 128."""
 _AGAIN = "export the model again with a2v"
 
 
@@ -59,7 +61,7 @@ class ModelCard:
     metres_per_unit : float
         Metres of one native unit.
     native_signs : tuple of 3 floats of +1 or -1
-        Sign of each native axis; see `a2v.datasets.NativeFrame`.
+        Sign of each native axis; see `a2v.lab.datasets.NativeFrame`.
     latent_size : int
         Size Z of a noise vector.
     traits, descriptions : tuple of tuples of str
@@ -135,7 +137,42 @@ def read_card(path: Path) -> StepCard | WindowCard:
     InputError
         The file is no motion model of a2v, or an entry is missing, of another kind, or out of range; the message names file and entry.
     """
-    return parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
+    card = parse_card(read_metadata(path, (STEP_FORMAT, WINDOW_FORMAT), "motion model"), path)
+    _check_graph(card, path)
+    return card
+
+
+def _check_graph(card: StepCard | WindowCard, path: Path) -> None:
+    """Demand that the graph takes and gives what the card says of it: each input, its type and its sizes beside clips and frames."""
+    joints = len(card.joint_names)
+    body: dict[str, list[Any]] = {"bone_lengths": ["tensor(float)", 1, joints]}
+    if isinstance(card, WindowCard):
+        inputs = body | {
+            "noise": ["tensor(float)", 1, card.latent_size],
+            "actions": ["tensor(int64)", 1],
+            "active": ["tensor(float)", 1],
+            "context": ["tensor(float)", 1, card.context_frames, joints, 3],
+            "has_context": ["tensor(float)", 1],
+        }
+        outputs = ["joints", "rotations", *(("basis", "mean") if card.steerable else ())]
+    else:
+        inputs = body | {
+            "noise": ["tensor(float)", 2, card.latent_size],
+            "actions": ["tensor(int64)", 2],
+            "time": ["tensor(float)", 2],
+            "previous": ["tensor(float)", 1, joints, 3],
+            **{name: ["tensor(float)", 1, card.hidden_size] for name in STATE_NAMES[1:]},
+        }
+        outputs = ["joints", "rotations", *(f"last_{name}" for name in STATE_NAMES)]
+    session = open_session(path)
+    found = {item.name: [item.type, *item.shape] for item in session.get_inputs()}
+    for name in sorted({*inputs, *found}):
+        wanted, given = inputs.get(name), found.get(name)
+        # the card's second number says how many sizes are free: clips, and frames
+        if wanted is None or given is None or given[0] != wanted[0] or given[1 + wanted[1] :] != wanted[2:] or len(given) <= wanted[1]:
+            raise InputError(f"{path}: its graph does not take '{shorten(name, 60)}' as its description says; {_AGAIN}")
+    if missing := set(outputs) - {item.name for item in session.get_outputs()}:
+        raise InputError(f"{path}: its graph does not give '{min(missing)}'; {_AGAIN}")
 
 
 def parse_card(metadata: Mapping[str, Any], path: Path) -> StepCard | WindowCard:

@@ -9,21 +9,25 @@ import numpy as np
 
 from a2v.animation.curves import near
 from a2v.errors import InputError
-from a2v.kinematics import skeleton_of
-from a2v.motion.edit import Edit, edited, settled
+from a2v.kinematics import Skeleton, skeleton_of
+from a2v.motion.edit import Edit, edited, planting, settled
 from a2v.motion.guide import DirectedGuide
-from a2v.motion.limbs import hold_limbs, lock_feet
+from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
-from a2v.motion.samplers import WindowSampler
 from a2v.motion.timeline import Moments, perform
 from a2v.motion.ways import Way, way_along
+from a2v.motion.window_sampler import WindowSampler
 from a2v.motion.wishes import Direction
 from a2v.types import FloatArray, Motion
 
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
+MIN_PACE, MAX_PACE = 0.05, 20.0
+"""Metres a second along a path: slower is standing, and nobody runs faster."""
+SLIDES_ALONG = 0.8
+"""Metres a second that a standing foot may slide for each of the body's, before it is held: feet of people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4
 """Over which a clip goes from the ground to the height of a pose that is given, and back."""
 
@@ -40,7 +44,7 @@ def make_motion(
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
-    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the ground (`settled`), then `edited`.
+    """Clips as the commands ask for them: `perform`, directed where there is a `direction`, on the ground (`settled`) with feet that stand (`planted`), then `edited`.
 
     What is not directed begins where people get going, unlike recordings (`a2v.motion.beginnings`).
 
@@ -68,10 +72,16 @@ def make_motion(
     """
     after = dataclasses.replace(edit, speed=1.0)
     if direction is None:
-        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed, count=count, lengths=lengths, at_once=True)
-        return edited(settled(made, model.card, [step.action for step in steps]), after)
+        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed, count=count, lengths=lengths, skip_rest=True)
+        actions = [step.action for step in steps]
+        made = planted(settled(made, model.card, actions), _skeleton(made), settings=planting(model.card, actions))
+        return edited(made, after)
     check_directed(model, steps, direction, count=count)
     return edited(_directed(model, steps, direction, frames=frames, fps=fps, seed=seed, speed=edit.speed, lengths=lengths), after)
+
+
+def _skeleton(motion: Motion) -> Skeleton:
+    return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
 def _directed(
@@ -98,12 +108,13 @@ def _directed(
         return DirectedGuide(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
 
     made = perform(model, steps, frames=frames, fps=fps, speed=speed, seed=seed, lengths=lengths, guide=guide)
-    skeleton = skeleton_of(made.skeleton, made.parents.tolist(), made.joint_names)
+    skeleton = _skeleton(made)
     timed = _timed(direction, (made.frames - 1) / fps)
     kept = [round(key.time * fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)
     facts |= {"keyframes": [key.time for key in timed.keyframes]} if timed.keyframes else {}
-    made = hold_limbs(lock_feet(made, skeleton, kept=kept, pace=pace), skeleton, direction.holds)
+    settings = dataclasses.replace(planting(model.card, [step.action for step in steps]), carry=0.0, share=SLIDES_ALONG)
+    made = hold_limbs(planted(made, skeleton, settings=settings, kept=kept), skeleton, direction.holds)
     return dataclasses.replace(made, provenance={**made.provenance, **facts})
 
 
@@ -130,7 +141,9 @@ def _timed(direction: Direction, seconds: float) -> Direction:
 def _way(model: MotionModel, action: str, direction: Direction) -> tuple[Way, float]:
     assert direction.path is not None
     pace = natural_speed(model, action) if direction.pace is None else direction.pace
-    if pace < 0.05:
+    if direction.pace is not None and not MIN_PACE <= pace <= MAX_PACE:
+        raise InputError(f"pace is {pace:g} m a second; expected {MIN_PACE:g} to {MAX_PACE:g}")
+    if not pace >= MIN_PACE:
         raise InputError(f"'{action}' goes {pace:.2f} m a second; a path needs an action that travels, or a pace")
     return way_along(direction.path, pace=pace, fps=model.fps), pace
 

@@ -16,7 +16,9 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
 from a2v.kinematics.ground import SWAY_SECONDS, GroundPath, ground_path
-from a2v.kinematics.names import canonical_joints
+from a2v.kinematics.limbs import legs_of
+from a2v.kinematics.names import canonical_joints, split_side
+from a2v.kinematics.planting import PlantSettings, own_floor, plant_feet
 from a2v.kinematics.resample import resample_motion
 from a2v.kinematics.transforms import bone_lengths, forward_kinematics
 from a2v.motion.card import ModelCard
@@ -25,11 +27,14 @@ from a2v.types import FloatArray, IntArray, Motion
 RISING = ("Climb", "Step")
 """The papers' actions, and families of finer ones, that go up."""
 
-FLYING = ("jump", "hop", "leap", "kick", "ballet", "run", "animal", "dive")
+FLYING, RUNNING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive"), ("run", "jog")
 """Parts of the names of actions, or of their families, in which people are in the air."""
 
-AIR_SECONDS, TOE_SECONDS = 0.7, 0.15
-"""How long no joint is near the ground at most: in a jump, and where a foot always is."""
+AIR_SECONDS, STEP_SECONDS, TOE_SECONDS = 0.7, 0.4, 0.15
+"""How long no joint is near the ground at most: in a jump, between two steps of a run, and where a foot always is."""
+
+MOST_APART = 0.03
+"""Metres by which the floors of two feet may lie apart and be one ground still."""
 
 #: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
 LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
@@ -79,8 +84,15 @@ def edited(motion: Motion, edit: Edit) -> Motion:
     made = change_speed(motion, edit.speed)
     made = mirror_motion(made) if edit.mirror else made
     if edit.loop:
-        return make_loop(made, in_place=edit.in_place)
-    return put_in_place(made) if edit.in_place else made
+        made = _standing(make_loop(made))
+    return put_in_place(made, loop=edit.loop) if edit.in_place else made
+
+
+def _standing(loop: Motion) -> Motion:
+    """A cycle whose feet stand: the middle one of three rounds, so that it closes."""
+    rounds = repeat_loop(loop, 3)
+    joints = plant_feet(rounds.joints, _skeleton(loop), loop.fps, settings=PlantSettings(settled=False))[loop.frames : 2 * loop.frames]
+    return _from_joints(loop, joints.astype(np.float64))
 
 
 def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
@@ -126,7 +138,14 @@ def _traits(card: ModelCard, action: str) -> tuple[str, ...]:
 def air_seconds(card: ModelCard, action: str) -> float:
     """How long nobody who does this touches the ground, at most."""
     words = " ".join((action, *_traits(card, action))).lower()
-    return AIR_SECONDS if any(part in words for part in FLYING) else TOE_SECONDS
+    if any(part in words for part in FLYING):
+        return AIR_SECONDS
+    return STEP_SECONDS if any(part in words for part in RUNNING) else TOE_SECONDS
+
+
+def planting(card: ModelCard, actions: Iterable[str]) -> PlantSettings:
+    """How the feet of a generated clip of these actions are planted: not on one level where one of them goes up."""
+    return PlantSettings(settled=not any(rises(card, name) for name in actions))
 
 
 def settled(motion: Motion, card: ModelCard, actions: Iterable[str], *, kept: FloatArray | None = None) -> Motion:
@@ -143,7 +162,7 @@ def settle(motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | N
     Models know the root's height only through the code of a whole window, so that clips rise by decimetres. Not for stairs and ladders.
     With `kept` (T,), how much of each frame stays at its height, in [0, 1], the ground is at 0.
     """
-    lowest = motion.joints[..., 1].min(axis=-1)
+    lowest = _lowest(motion)
     width = max(1, round(seconds * motion.fps))
     floor = gaussian_filter1d(minimum_filter1d(lowest, width, axis=-1, mode="nearest"), width / 4, axis=-1, mode="nearest")
     off = np.zeros((*lowest.shape, 3), np.float32)
@@ -152,6 +171,18 @@ def settle(motion: Motion, *, seconds: float = AIR_SECONDS, kept: FloatArray | N
     else:
         off[..., 1] = np.minimum(floor, lowest) * (1 - kept)
     return dataclasses.replace(motion, joints=motion.joints - off[..., None, :], root=motion.root - off)
+
+
+def _lowest(motion: Motion) -> FloatArray:
+    """Height (..., T) of the lowest joint, each foot over its own floor: one that stands a little higher is no step up."""
+    heights = motion.joints[..., 1].astype(np.float64)
+    legs = legs_of(_skeleton(motion))
+    for pair in zip(*(leg[2:] for leg in legs), strict=True) if len(legs) == 2 else ():
+        own = np.stack([own_floor(heights[..., joint], motion.fps)[..., :1] for joint in pair])
+        for joint, floor in zip(pair, own - own.min(axis=0), strict=True):
+            heights[..., joint] -= np.minimum(floor, MOST_APART)
+    lowest: FloatArray = heights.min(axis=-1)
+    return lowest
 
 
 def mirror_motion(motion: Motion) -> Motion:
@@ -344,14 +375,13 @@ def _skeleton(motion: Motion) -> Skeleton:
 def _twins(motion: Motion) -> IntArray:
     """Index of each joint's twin on the other side; its own on the axis."""
     found = canonical_joints(motion.joint_names, motion.parents.tolist())
-    twin = np.arange(len(motion.joint_names))
     named = {index: name for name, index in found.items()}
-    for index, joint in enumerate(motion.joint_names):
-        name = named.get(index, joint.lower())
-        if name.startswith(("left", "right")):
-            other = name.replace("left", "right", 1) if name.startswith("left") else name.replace("right", "left", 1)
-            match = found.get(other, next((at for at, own in enumerate(motion.joint_names) if own.lower() == other), None))
-            if match is None:
-                raise InputError(f"joint '{joint}' has no twin on the other side; the clip cannot be mirrored")
-            twin[index] = match
+    whole = [split_side(named.get(index, joint)) for index, joint in enumerate(motion.joint_names)]
+    twin = np.arange(len(whole))
+    for index, (side, base) in enumerate(whole):
+        if side:
+            other = ("right" if side == "left" else "left", base)
+            if other not in whole:
+                raise InputError(f"joint '{motion.joint_names[index]}' has no twin on the other side; the clip cannot be mirrored")
+            twin[index] = whole.index(other)
     return twin

@@ -13,7 +13,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.ground import heading, yaw_to_rotmat
-from a2v.motion.limbs import bend_to, held_at, limb_of
+from a2v.kinematics.limbs import bend_to, limb_of
+from a2v.motion.limbs import held_at
 from a2v.motion.steer import CodeReader, Steering, Wish, between_frames, steer
 from a2v.motion.ways import Way
 from a2v.motion.wishes import Direction, Hold, Keyframe

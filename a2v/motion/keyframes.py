@@ -6,17 +6,17 @@ import re
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from a2v.errors import InputError
 from a2v.formats import read_motion
-from a2v.io import brief, read_bytes, reading
+from a2v.io import brief, read_bytes
 from a2v.kinematics import Skeleton, bone_vectors
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.motion.applications import on_skeleton
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import leg_length
 from a2v.motion.wishes import Hold, Keyframe
+from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray
 
 MAX_BYTES = 1 << 18
@@ -48,10 +48,10 @@ def read_keyframes(source: str | Path, model: MotionModel, *, fps: float) -> tup
         The file, or one that it names, cannot be read, or an entry is unknown or of the wrong kind.
     """
     data = read_bytes(source, limit=MAX_BYTES)
-    with reading(source, "list of keyframes", "a YAML list of entries such as {time: 2, file: walk.npz, pose: 12}"):
-        content = yaml.safe_load(data.decode("utf-8-sig"))
-        if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
-            raise ValueError(f"no list of 1 to {MAX_POSES} entries")
+    expected = "a YAML list of entries such as {time: 2, file: walk.npz, pose: 12}"
+    content = parse_yaml(data, source, "list of keyframes", expected)
+    if not isinstance(content, list) or not 1 <= len(content) <= MAX_POSES:
+        raise InputError(f"{source} is no list of keyframes (no list of 1 to {MAX_POSES} entries); expected {expected}")
     keys: list[Keyframe] = []
     holds: list[Hold] = []
     for number, entry in enumerate(content, 1):

@@ -16,8 +16,10 @@ from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
 from a2v.motion.placement import leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
-from a2v.motion.samplers import Noise, StepSampler, WindowSampler, normal_noise
+from a2v.motion.sampling import ClipRequest, Noise, WindowRequest, normal_noise
 from a2v.motion.steer import Guide
+from a2v.motion.step_sampler import StepSampler
+from a2v.motion.window_sampler import WindowSampler
 from a2v.sessions import WEIGHTS, file_digest
 from a2v.types import FloatArray, IntArray, Motion
 
@@ -126,8 +128,8 @@ class MotionModel:
         generator: np.random.Generator | Noise,
         start: FloatArray | None = None,
         *,
-        anew: bool = False,
-        at_once: bool = False,
+        fresh: bool = False,
+        skip_rest: bool = False,
         guide: Guide | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
@@ -144,9 +146,8 @@ class MotionModel:
         start : (N, P, J, 3) float or None
             First frames of the clips, metres, y up: they are kept as they are, and what follows goes on from them.
 
-        anew : bool
-            Where the action changes, whole windows begin without what was before, which fades into them: the second action is told
-            more clearly. `export/sample.py` knows only what goes on.
+        fresh, skip_rest : bool
+            See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
         guide : Guide or None
             What steers the windows of one clip, and where it begins (`a2v.motion.direct`).
 
@@ -165,7 +166,7 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(labels, lengths, noise, start, anew=anew, at_once=at_once, guide=guide)
+        joints, rotations = self.sampler.generate(ClipRequest(labels, lengths, noise, start, fresh, skip_rest, guide))
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations
@@ -202,7 +203,7 @@ class MotionModel:
         InputError
             `frames` are more than a window.
         """
-        return self.sampler.generate_like_data(labels, lengths, frames, generator, active=active, headings=headings)
+        return self.sampler.generate_like_data(WindowRequest(labels, lengths, frames, active, headings), generator)
 
     def to_native(self, joints: FloatArray) -> FloatArray:
         """World joints (..., T, J, 3), metres, in the data set's own frame and unit, first root at the origin.

@@ -177,7 +177,7 @@ def _character(model: MotionModel, path: str | os.PathLike[str]) -> tuple[dict[s
     if not skins:
         raise glb.fail("has no skin")
     nodes, parents = glb.items("nodes"), glb.node_matrices()[1]
-    inside = set(skins[0].get("joints", []))
+    inside = set(glb.joints(skins[0]))
     names = [str(node.get("name", "")) if index in inside else "" for index, node in enumerate(nodes)]
     bones = canonical_joints(names, parents)
     source = canonical_joints(model.card.joint_names, model.skeleton.parents.tolist())

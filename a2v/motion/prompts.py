@@ -1,40 +1,20 @@
-"""Prompts: free text to a timeline of actions that a model knows, without a network.
+"""Prompts: free text to a timeline of actions, without a network.
 
-A prompt is split where one thing follows another ("then", commas); each part gives up its duration and its tempo, and its words are
-brought to a common form: phrases and words of a table of synonyms (``synonyms.csv``), word stems (Porter's, by snowballstemmer), and
-near misses in spelling (rapidfuzz). An action's score is the share of the words that it explains, each weighed by how few actions have
-it; what the words leave open, trigrams in common with the action's descriptions decide.
+A prompt is split where one thing follows another ("then", commas, "and" between two actions); each part gives up its duration and what it does not want
+("not", "no", "without"), and the rest is matched with the actions (`a2v.motion.vocabulary`).
 """
 
 from __future__ import annotations
 
-import csv
-import math
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
-from pathlib import Path
-
-import snowballstemmer
-from rapidfuzz import fuzz, process
-from rapidfuzz.distance import OSA
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from a2v.errors import InputError
-from a2v.motion.card import ModelCard
-from a2v.motion.model import plain_name
-
-SYNONYMS = Path(__file__).parent / "synonyms.csv"
-
-#: Words that say nothing about the action.
-STOPWORDS = frozenset(
-    ["a", "an", "the", "this", "that", "some", "someone", "somebody", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "one", "is", "are", "be", "being", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "without", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "up", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little"]
-)
-#: Words that tell kinds of motion apart: an action of another kind than the prompt names is less likely.
-KINDS = frozenset({"walk", "run", "jump", "danc", "climb", "step"})
-#: Tempo, where the chosen action has none of its own.
-TEMPO = {"slow": 0.7, "fast": 1.35}
+from a2v.io import shorten
+from a2v.motion.lexicon import canonical_words, plain_words
+from a2v.motion.vocabulary import Match as Match
+from a2v.motion.vocabulary import Vocabulary as Vocabulary
 
 NUMBERS = {
     "half a": 0.5, "half": 0.5, "a": 1, "an": 1, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8,
@@ -42,18 +22,25 @@ NUMBERS = {
 }  # fmt: skip
 #: Longest step that a prompt may ask for, seconds.
 MAX_SECONDS = 600.0
+MAX_PROMPT, MAX_PARTS = 2000, 40
+"""Letters of a prompt, and parts of it: what is longer is refused before it is read."""
 
-_THEN = re.compile(r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|[;,>]|->)\s*", re.IGNORECASE)
-_NUMBER = r"(?P<number>\d+(?:\.\d+)?|" + "|".join(sorted(NUMBERS, key=len, reverse=True)) + r")"
-_DURATION = re.compile(rf"\b(?:for\s+)?(?:about\s+)?{_NUMBER}\s*-?\s*(?P<unit>s|sec|secs|seconds?|min|minutes?|frames?)\b", re.IGNORECASE)
-_stem = snowballstemmer.stemmer("english").stemWord
+NEGATIONS = frozenset(["not", "no", "dont", "doesnt", "didnt", "isnt", "never", "without", "cant", "cannot", "avoid", "nor"])
+RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])
+"""Words that end what is not wanted."""
+STILL = frozenset(["move", "anyth", "stir", "budg"])
+"""Who is not to do these, is to stand."""
+STANDING = "stand still"
+MARGIN = 0.15
+"""By how much two actions that "and" joins must be surer than one that is both."""
 
-LEAST_SCORE = 0.34  # below it a prompt is refused
-LEAST_SPELLING = 86  # of 100: how near a misspelt word must be
-UNEXPLAINED_NAME = 0.6  # how much a word of the action's name that the prompt lacks counts against it
-OTHER_KIND = 0.55
-KIND_SHARE = 0.5  # a word that only the action's family has explains so much
-DESCRIPTION_SHARE = 0.06
+_THEN = re.compile(r"\s*(?:,\s*(?:and\s+)?then\s+|\s+and\s+then\s+|\s+then\s+|\s*,\s*followed\s+by\s+|\s+followed\s+by\s+|\s+after\s+that\s+|\s*,\s*and\s+|[;,>]|->)\s*", re.IGNORECASE)
+_AND = re.compile(r"\s+and\s+", re.IGNORECASE)
+_NAMED = "|".join(sorted(NUMBERS, key=len, reverse=True))
+_LONG = r"seconds?|secs?|minutes?|mins?|frames?"
+_DURATION = re.compile(
+    rf"\b(?:for\s+)?(?:about\s+|around\s+)?(?:(?P<digits>\d+(?:\.\d+)?)\s*-?\s*(?P<unit>{_LONG}|s)|(?P<named>{_NAMED})[\s-]+(?P<word>{_LONG}))\b", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +59,8 @@ class Step:
         Seed of this part's noise; None for the whole's.
     speed : float
         1 as recorded, 2 twice as fast.
+    source : str
+        What makes it: a name of `a2v.motion.catalog`; "" for the model that is named beside the steps.
     """
 
     action: str
@@ -79,6 +68,7 @@ class Step:
     frames: int | None = None
     seed: int | None = None
     speed: float = 1.0
+    source: str = ""
 
     def __post_init__(self) -> None:
         if self.seconds is not None and self.frames is not None:
@@ -92,139 +82,13 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Match:
-    """What a piece of text was taken for.
-
-    Attributes
-    ----------
-    text : str
-    action : str
-        The best; its `score` is in [0, 1].
-    score : float
-    others : tuple of str
-        The next best, best first.
-    speed : float
-        Tempo that the text asks for and the action does not have in its name.
-    """
+class _Part:
+    """A part of a prompt: what it wants, what it does not, and for how long."""
 
     text: str
-    action: str
-    score: float
-    others: tuple[str, ...]
-    speed: float = 1.0
-
-
-@dataclass(frozen=True)
-class Vocabulary:
-    """The actions of a model, searchable by free text.
-
-    Attributes
-    ----------
-    actions : tuple of str
-        In label order: of equals, the first is taken.
-    descriptions : mapping of str to texts
-        What is known of an action besides its name.
-    kinds : mapping of str to str
-        Family of an action, such as "Walk".
-    traits : mapping of str to texts
-        Direction, style and the like: they speak for an action, and nothing is missed where a prompt does not say them.
-    """
-
-    actions: tuple[str, ...]
-    descriptions: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    kinds: Mapping[str, str] = field(default_factory=dict)
-    traits: Mapping[str, Sequence[str]] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, card: ModelCard) -> Vocabulary:
-        """What a model's file says of its actions."""
-        traits = dict(zip(card.actions, card.traits, strict=True)) if card.traits else {}
-        split = {action: [trait.partition(":") for trait in own] for action, own in traits.items()}
-        return cls(
-            card.actions,
-            dict(zip(card.actions, card.descriptions, strict=True)) if card.descriptions else {},
-            {action: value for action, own in split.items() for kind, _, value in own if kind == "coarse"},
-            {action: [value for kind, _, value in own if kind != "coarse"] for action, own in split.items()},
-        )
-
-    @cached_property
-    def _names(self) -> list[frozenset[str]]:
-        return [frozenset(canonical_words(action)) for action in self.actions]
-
-    @cached_property
-    def _kinds(self) -> list[frozenset[str]]:
-        return [frozenset(canonical_words(self.kinds.get(action, ""))) for action in self.actions]
-
-    @cached_property
-    def _hints(self) -> list[frozenset[str]]:
-        return [frozenset(word for text in self.traits.get(action, ()) for word in canonical_words(text)) for action in self.actions]
-
-    @cached_property
-    def _weights(self) -> dict[str, float]:
-        """How much a word tells: the rarer among the actions, the more."""
-        counts = Counter(word for name in self._names for word in name)
-        weights = {word: math.log(1 + len(self.actions) / count) for word, count in counts.items()}
-        hints = {word for words in (*self._kinds, *self._hints) for word in words} - set(weights)
-        tempo = {word: min(weights.get(word, 1.0), 1.0) for word in TEMPO}
-        return weights | dict.fromkeys(hints, 0.5) | {word: weight for word, weight in tempo.items() if word in weights}
-
-    @cached_property
-    def _trigrams(self) -> list[Counter[str]]:
-        texts = (" ".join([action, *self.descriptions.get(action, ())]) for action in self.actions)
-        return [trigrams(text) for text in texts]
-
-    def known(self, words: Iterable[str]) -> dict[str, float]:
-        """The words that some action has, a misspelt one as what it is nearest to, and how sure that is."""
-        found: dict[str, float] = {}
-        for word in words:
-            if word in self._weights:
-                found[word] = 1.0
-            elif len(word) >= 4 and (near := process.extractOne(word, self._weights.keys(), scorer=_spelling, score_cutoff=LEAST_SPELLING)):
-                found.setdefault(near[0], near[1] / 100)
-        return found
-
-    def rank(self, text: str) -> list[tuple[str, float]]:
-        """Actions with their scores in [0, 1], best first."""
-        words = self.known(canonical_words(text))
-        kinds = KINDS & set(words)
-        own = trigrams(text)
-        total = sum(self._weights[word] for word in words)
-        scores = []
-        for name, kind, hint, grams in zip(self._names, self._kinds, self._hints, self._trigrams, strict=True):
-            explained = sum(
-                self._weights[word] * sure * (1.0 if word in name or word in hint else KIND_SHARE)
-                for word, sure in words.items()
-                if word in name or word in kind or word in hint
-            )
-            missing = sum(self._weights[word] for word in name if word not in words)
-            score = explained / (total + UNEXPLAINED_NAME * missing) if explained else 0.0
-            if kinds and not kinds & (name | kind):
-                score *= OTHER_KIND
-            scores.append((1 - DESCRIPTION_SHARE) * score + DESCRIPTION_SHARE * likeness(own, grams))
-        order = sorted(range(len(scores)), key=lambda index: (-scores[index], index))
-        return [(self.actions[index], scores[index]) for index in order]
-
-    def match(self, text: str) -> Match:
-        """The action that a piece of text means.
-
-        Raises
-        ------
-        InputError
-            Nothing comes near; the message names the five nearest.
-        """
-        plain = {plain_name(action): action for action in self.actions}
-        ranked = self.rank(text)
-        others = tuple(action for action, _ in ranked[:6])
-        if plain_name(text) in plain:
-            action = plain[plain_name(text)]
-            return Match(text, action, 1.0, tuple(other for other in others if other != action)[:5])
-        best, score = ranked[0]
-        if score < LEAST_SCORE:
-            raise InputError(f"'{text}' is none of the actions that this model knows; the nearest are {', '.join(others[:5])}")
-        words = set(canonical_words(text))
-        has = self._names[self.actions.index(best)]
-        speed = math.prod(rate for word, rate in TEMPO.items() if word in words and word not in has)
-        return Match(text, best, score, others[1:], speed)
+    without: frozenset[str] = frozenset()
+    seconds: float | None = None
+    frames: int | None = None
 
 
 def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Match]]:
@@ -233,98 +97,121 @@ def parse_prompt(text: str, vocabulary: Vocabulary) -> tuple[list[Step], list[Ma
     Raises
     ------
     InputError
-        A part is empty or means no action; the message names the part and the nearest actions.
+        The prompt is too long, a part is empty or means no action (the message names it and the nearest actions), or only says what is not wanted.
     """
-    parts = [part.strip() for part in _THEN.split(text.strip())]
-    if not text.strip() or not all(parts):
-        raise InputError(f"the prompt '{text}' has an empty part; write actions with commas or 'then' between them")
-    steps, matches = [], []
-    for part in parts:
-        seconds, frames, rest = take_duration(part)
-        match = vocabulary.match(rest)
-        steps.append(Step(action=match.action, seconds=seconds, frames=frames, speed=match.speed))
-        matches.append(match)
+    if len(text) > MAX_PROMPT:
+        raise InputError(f"the prompt has {len(text)} letters; expected at most {MAX_PROMPT}")
+    steps: list[Step] = []
+    matches: list[Match] = []
+    for part in _parts(text):
+        for piece, match in _matched(part, vocabulary):
+            again = matches and (match.action, match.speed) == (matches[-1].action, matches[-1].speed) and match.text != matches[-1].text
+            if again and piece.seconds is None and piece.frames is None:
+                continue  # "so tired, out of breath" is one thing
+            steps.append(Step(action=match.action, seconds=piece.seconds, frames=piece.frames, speed=match.speed))
+            matches.append(match)
     return steps, matches
 
 
+def _parts(text: str) -> list[_Part]:
+    """The parts of a prompt; one that only says what is not wanted belongs to the one before it, or to the next."""
+    pieces = [piece.strip() for piece in _THEN.split(text.strip().rstrip(".!?"))]
+    if not text.strip() or not all(pieces):
+        raise InputError(f"the prompt '{shorten(text, 80)}' has an empty part; write actions with commas or 'then' between them")
+    if len(pieces) > MAX_PARTS:
+        raise InputError(f"the prompt has {len(pieces)} parts; expected at most {MAX_PARTS}")
+    parts: list[_Part] = []
+    waiting: frozenset[str] = frozenset()
+    for piece in pieces:
+        seconds, frames, rest = take_duration(piece)
+        wanted, without = take_negations(rest)
+        if not wanted and without and without <= STILL:
+            wanted, without = STANDING, frozenset()
+        if not wanted and not without:
+            wanted = rest
+        if not wanted and parts:
+            last = parts[-1]
+            parts[-1] = _Part(last.text, last.without | without, last.seconds, last.frames)
+        elif not wanted:
+            waiting |= without
+        else:
+            parts.append(_Part(wanted, without | waiting, seconds, frames))
+            waiting = frozenset()
+    if not parts:
+        raise InputError(f"'{shorten(text, 80)}' says only what not to do; say what to do (a2v actions lists what there is)")
+    return parts
+
+
+def _matched(part: _Part, vocabulary: Vocabulary) -> list[tuple[_Part, Match]]:
+    """A part as one action, or as two that "and" joins where both are understood and say more than one does."""
+    halves = [half.strip() for half in _AND.split(part.text, maxsplit=1)]
+    whole: Match | None = None
+    refusal: InputError | None = None
+    try:
+        whole = vocabulary.match(part.text, part.without)
+    except InputError as error:
+        refusal = error
+    if len(halves) == 2 and all(halves) and (whole is None or whole.score < 0.95):
+        both = [_Part(half, part.without, *take_duration(half)[:2]) for half in halves]
+        try:
+            found = [(piece, match) for piece in both for piece, match in _matched(piece, vocabulary)]
+        except InputError as error:
+            refusal = refusal or error
+        else:
+            if whole is None or min(match.score for _, match in found) > whole.score + MARGIN:
+                first = found[0][0]
+                found[0] = (_Part(first.text, first.without, part.seconds or first.seconds, part.frames or first.frames), found[0][1])
+                return found
+    if whole is None:
+        assert refusal is not None
+        raise refusal
+    return [(part, whole)]
+
+
 def take_duration(text: str) -> tuple[float | None, int | None, str]:
-    """Seconds or frames that a text asks for, and the text without them."""
+    """Seconds or frames that a text asks for with a number and a unit, and the text without them."""
     found = _DURATION.search(text)
     if found is None:
         return None, None, text
     rest = " ".join((text[: found.start()] + " " + text[found.end() :]).split())
     if not rest:
         return None, None, text
-    number = found["number"].lower()
-    amount = float(NUMBERS.get(number, 0) or number)
-    if found["unit"].lower().startswith("frame"):
+    amount = float(found["digits"]) if found["digits"] else float(NUMBERS[" ".join(found["named"].lower().split())])
+    unit = (found["unit"] or found["word"]).lower()
+    if unit.startswith("frame"):
         return None, max(1, round(amount)), rest
-    return amount * (60 if found["unit"].lower().startswith("min") else 1), None, rest
+    return amount * (60 if unit.startswith("min") else 1), None, rest
 
 
-def canonical_words(text: str) -> list[str]:
-    """Words of a text in common form: phrases and synonyms replaced, fillers dropped, stems."""
-    words = [_root(word) for word in re.findall(r"[a-z0-9]+", text.lower().replace("'", ""))]
-    phrases, longest = _synonyms()
-    found: list[str] = []
-    at = 0
-    while at < len(words):
-        for size in range(min(longest, len(words) - at), 0, -1):
-            means = phrases.get(tuple(words[at : at + size]))
-            if means is not None:
-                found += means
-                at += size
-                break
+def take_negations(text: str) -> tuple[str, frozenset[str]]:
+    """What a text wants, and the stems of what it does not: "run without stopping" wants "run". A "no" at the end is what is said."""
+    wanted: list[str] = []
+    unwanted: list[str] = []
+    negated = False
+    words = text.split()
+    plain = ["".join(plain_words(word)) for word in words]
+    for at, (word, bare) in enumerate(zip(words, plain, strict=True)):
+        if bare in NEGATIONS and any(plain[at + 1 :]):
+            negated = True
+            if wanted and plain[at - 1] in ("do", "does", "is", "but"):
+                wanted.pop()
+        elif negated and bare in RESUMES:
+            negated = False
+        elif negated:
+            unwanted.append(word)
         else:
-            if words[at] not in _stems_of_stopwords():
-                found.append(words[at])
-            at += 1
-    return found
-
-
-def trigrams(text: str) -> Counter[str]:
-    """Counts of all runs of three letters within words."""
-    padded = "".join(f" {word} " for word in re.findall(r"[a-z0-9]+", text.lower()))
-    return Counter(padded[at : at + 3] for at in range(len(padded) - 2))
-
-
-def likeness(one: Counter[str], other: Counter[str]) -> float:
-    """Cosine between two counts, in [0, 1]."""
-    norm = math.sqrt(sum(n * n for n in one.values()) * sum(n * n for n in other.values()))
-    return sum(count * other[gram] for gram, count in one.items()) / norm if norm else 0.0
+            wanted.append(word)
+    kept = " ".join(wanted)
+    if not canonical_words(kept):
+        kept = ""
+    return kept, frozenset(canonical_words(" ".join(unwanted)))
 
 
 def explain(matches: Sequence[Match]) -> list[str]:
-    """A line a part: what it was taken for, and the nearest others."""
+    """A line a part: what it was taken for, and the nearest others where that is not its own name."""
     lines = []
     for match in matches:
         tempo = "" if match.speed == 1 else f", at {match.speed:g} times its speed"
-        lines.append(f"'{match.text}' is taken for {match.action}{tempo} (near: {', '.join(match.others[:3])})")
+        near = f" (near: {', '.join(match.others[:3])})" if match.score < 1 else ""
+        lines.append(f"'{shorten(match.text, 80)}' is taken for {match.action}{tempo}{near}")
     return lines
-
-
-def _spelling(one: str, other: str, *, score_cutoff: float | None = None) -> float:
-    """How alike two words are written, 0 to 100; two neighbouring letters exchanged are a slip of one finger."""
-    slip = sorted(one) == sorted(other) and OSA.distance(one, other, score_cutoff=1) == 1
-    return 90.0 if slip else fuzz.ratio(one, other, score_cutoff=score_cutoff)
-
-
-def _root(word: str) -> str:
-    """Stem of a word, that of an adverb's adjective: "happily" as "happy"."""
-    if len(word) > 4 and word.endswith("ly"):
-        word = word[:-3] + "y" if word.endswith("ily") else word[:-2]
-    return str(_stem(word))
-
-
-@cache
-def _synonyms() -> tuple[dict[tuple[str, ...], list[str]], int]:
-    """Stems of a phrase to the stems that it means; and the longest phrase."""
-    with SYNONYMS.open(newline="", encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
-    table = {tuple(_root(word) for word in row["words"].split()): [_root(word) for word in row["means"].split()] for row in rows}
-    return table, max(map(len, table))
-
-
-@cache
-def _stems_of_stopwords() -> frozenset[str]:
-    return frozenset({_root(word) for word in STOPWORDS} | STOPWORDS)

@@ -1,7 +1,7 @@
 """Wishes for a window model: a path, a heading, poses at given moments, joints that are held.
 
-All of them are linear in a window's code (`a2v.motion.windows`), as long as bone directions are not normalised anew: C x = b. On its way
-the flow heads for a code; what that code misses of the wishes is given to it by the gain of a Kalman filter (`a2v.motion.flow`), and the
+All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are not normalised anew: C x = b. On its way
+the flow heads for a code; what that code misses of the wishes is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the
 flow settles the rest around it. What normalisation moves is measured in the result and given back to the goal.
 """
 

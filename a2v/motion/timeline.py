@@ -8,18 +8,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import yaml
 from scipy.ndimage import uniform_filter1d
 
 from a2v.errors import InputError
-from a2v.io import brief, read_bytes, reading
+from a2v.io import brief, read_bytes
 from a2v.kinematics.resample import resample_at
 from a2v.motion.card import MAX_FRAMES
 from a2v.motion.edit import check_speed
 from a2v.motion.model import MotionModel
-from a2v.motion.prompts import Match, Step, Vocabulary
-from a2v.motion.samplers import Noise
+from a2v.motion.prompts import MAX_PROMPT, Match, Step, Vocabulary
+from a2v.motion.sampling import Noise
 from a2v.motion.steer import Guide
+from a2v.motion.stride import lengthened, strides
+from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray, Motion
 
 #: Seconds over which tempo changes from one step to the next.
@@ -65,10 +66,10 @@ def read_timeline(source: str | os.PathLike[str], vocabulary: Vocabulary) -> tup
         The file cannot be read, or an entry is unknown or of the wrong kind.
     """
     data = read_bytes(source, limit=MAX_TIMELINE_BYTES)
-    with reading(source, "timeline", "a YAML list of steps, such as {action: walk, seconds: 2}"):
-        content = yaml.safe_load(data.decode("utf-8-sig"))
-        if not isinstance(content, list) or not content:
-            raise ValueError("no list of steps")
+    expected = "a YAML list of steps, such as {action: walk, seconds: 2}"
+    content = parse_yaml(data, source, "timeline", expected)
+    if not isinstance(content, list) or not content:
+        raise InputError(f"{source} is no timeline (no list of steps); expected {expected}")
     found = [_timed_step(number, entry, source, vocabulary) for number, entry in enumerate(content, 1)]
     return [step for step, _ in found], [match for _, match in found]
 
@@ -86,7 +87,10 @@ def _timed_step(number: int, entry: object, source: object, vocabulary: Vocabula
         fits = isinstance(value, kinds[name]) and not isinstance(value, bool)
         if not fits or (name == "seed" and not 0 <= int(value) < 2**32):
             raise InputError(f"{where} has {name}: {brief(value)}; expected {'text' if kinds[name] is str else 'a number'}")
-    match = vocabulary.match(f"{entry['action']} {entry.get('style', '')}".strip())
+    words = f"{entry['action']} {entry.get('style', '')}".strip()
+    if len(words) > MAX_PROMPT:
+        raise InputError(f"{where} has an action of {len(words)} letters; expected at most {MAX_PROMPT}")
+    match = vocabulary.match(words)
     numbers = {name: entry[name] for name in ("seconds", "frames", "seed") if name in entry}
     return Step(action=match.action, speed=match.speed * entry.get("speed", 1.0), **numbers), match
 
@@ -121,7 +125,7 @@ def perform(
     count: int = 1,
     seed: int = 0,
     lengths: FloatArray | None = None,
-    at_once: bool = False,
+    skip_rest: bool = False,
     guide: Callable[[Moments], Guide] | None = None,
 ) -> Motion:
     """Clips of `steps` in turn, each as long as it says.
@@ -141,7 +145,7 @@ def perform(
     seed : int
     lengths : (J,) float or None
         Bone lengths, native units; the model's own without.
-    at_once : bool
+    skip_rest : bool
         Actions begin where people get going, see `MotionModel.generate`.
     guide : callable or None
         What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is led to.
@@ -154,19 +158,20 @@ def perform(
     rate = model.fps if fps is None else fps
     check_speed(speed)
     lasting = step_frames(steps, frames=frames, fps=rate)
-    at, starts = _moments(steps, lasting, ease=EASE_SECONDS * rate, pace=speed * model.fps / rate)
+    at, starts, longer = _moments(steps, lasting, ease=EASE_SECONDS * rate, speed=speed, made_for_one=model.fps / rate, travels=guide is None)
     made = int(np.ceil(at[-1] - 1e-6)) + 1
     names = model.check_request([step.action for step in steps], frames=made, count=count)
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
     body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
     noise = _noise_of(steps, starts, seed)
     joints, rotations = model.generate(
-        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, anew=True, at_once=at_once,
+        np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, fresh=True, skip_rest=skip_rest,
         guide=None if guide is None else guide(Moments(at, rate)),
     )  # fmt: skip
     motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=guide is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
+    motion = lengthened(motion, longer)
     if len(steps) > 1:
         motion = dataclasses.replace(motion, action_starts=np.cumsum([0, *lasting[:-1]]) / rate)
     return motion if count > 1 else motion[0]
@@ -189,13 +194,17 @@ def _noise_of(steps: Sequence[Step], starts: FloatArray, seed: int) -> Noise:
     return draw
 
 
-def _moments(steps: Sequence[Step], lasting: Sequence[int], *, ease: float, pace: float) -> tuple[FloatArray, FloatArray]:
-    """When the frames of a result (T,) take place, in frames of what is made for it, and when its steps begin (S,).
+def _moments(
+    steps: Sequence[Step], lasting: Sequence[int], *, ease: float, speed: float, made_for_one: float, travels: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """When the frames of a result (T,) take place, in frames of what is made for it, when its steps begin (S,), and how much longer steps are (T,).
 
-    `lasting`: frames of each step; `ease`: frames over which the tempo changes; `pace`: frames made for one of a step as recorded.
+    `lasting`: frames of each step; `ease`: frames over which the tempo changes; `speed`: the tempo of all; `made_for_one`: frames made for one of a
+    step as recorded. What goes faster takes longer steps (`strides`) where it `travels` freely, and the less quicker ones.
     """
-    paces = np.repeat([step.speed * pace for step in steps], lasting)
-    if np.ptp(paces) > 0:
-        paces = uniform_filter1d(paces, max(1, round(ease)), mode="nearest")
-    at = np.concatenate([[0.0], np.cumsum(paces)])
-    return at[:-1], at[np.cumsum([0, *lasting[:-1]])]
+    speeds = np.repeat([step.speed * speed for step in steps], lasting)
+    if np.ptp(speeds) > 0:
+        speeds = uniform_filter1d(speeds, max(1, round(ease)), mode="nearest")
+    longer = strides(speeds) if travels else np.ones(len(speeds))
+    at = np.concatenate([[0.0], np.cumsum(speeds / longer * made_for_one)])
+    return at[:-1], at[np.cumsum([0, *lasting[:-1]])], longer

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path as File
 
 import numpy as np
-import yaml
 from scipy.ndimage import gaussian_filter1d
 
 from a2v.errors import InputError
 from a2v.io import brief, read_bytes, reading
+from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray
 
 MAX_POINTS = 10_000
 MAX_BYTES = MAX_POINTS * 100
+
+MIN_METRES, MAX_METRES = 0.1, 2000.0
+"""Lengths of paths: a shorter one is a place; a longer one takes more frames than a motion may have. The numbers stay near the origin, too."""
 
 SVG_METRES = 0.01
 """Metres of a unit of a drawing."""
@@ -50,8 +53,12 @@ class Path:
         points = np.asarray(self.points, np.float64)
         if points.ndim != 2 or points.shape[1:] != (2,) or not 2 <= len(points) <= MAX_POINTS or not np.isfinite(points).all():
             raise InputError(f"a path has shape {points.shape}; expected 2 to {MAX_POINTS} points of x and z, metres")
+        if np.abs(points).max() > MAX_METRES:
+            raise InputError(f"a point of the path is {np.abs(points).max():g} m away; expected at most {MAX_METRES:g}")
         if (np.linalg.norm(np.diff(points, axis=0), axis=1) < 1e-6).any():
             raise InputError("two points of the path that follow each other are the same; leave one out")
+        if not MIN_METRES <= self.lengths[-1] <= MAX_METRES:
+            raise InputError(f"the path is {self.lengths[-1]:g} m long; expected {MIN_METRES:g} to {MAX_METRES:g}")
 
     @property
     def lengths(self) -> FloatArray:
@@ -153,8 +160,10 @@ def _read_csv(source: str) -> Path:
 
 def _read_yaml(source: str) -> Path:
     data = read_bytes(source, limit=MAX_BYTES)
-    with reading(source, "path", "a YAML list of points [x, z], metres"):
-        points = np.array(yaml.safe_load(data.decode("utf-8-sig")), np.float64)
+    expected = "a YAML list of points [x, z], metres"
+    content = parse_yaml(data, source, "path", expected)
+    with reading(source, "path", expected):
+        points = np.array(content, np.float64)
     return Path(points)
 
 

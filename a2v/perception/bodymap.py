@@ -1,6 +1,6 @@
 """What each pixel of a person shows of the body, by a network of our own: its place on the body, its depth, and the landmarks in 3D.
 
-The network is BlazePose's, trained on in the studio (`a2v.reconstruction.bodymap`): it knows no person's size, so that all lengths are in
+The network is BlazePose's, trained on in the studio (`a2v.lab.bodymap`): it knows no person's size, so that all lengths are in
 pixels, and all depths are measured over the floor from the middle of the hips, as in `a2v.types.Subject`.
 """
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT, MIRRORED_BLAZEPOSE
+from a2v.kinematics.stance import leg_stance
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.perception.depth import HIPS, picture_plane
 from a2v.sessions import open_session, read_metadata
 from a2v.types import BodyMap, ByteArray, FloatArray
@@ -26,8 +28,6 @@ FILL = 0.8
 """Longer side of the person's box in that square."""
 GREY = 0.627
 """What is behind the person: crowds and buses are not what the network has learned from."""
-_METRES = 1.7
-"""Height of the person in the metres of `a2v.types.Subject.keypoints_3d`."""
 _HALF_SURE = 0.02
 """Expected error of a landmark in the picture at which it counts half, relative to the height."""
 _OVERSURE = np.array([2.0, 0.7])
@@ -104,7 +104,7 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     -------
     keypoints : (33, 3) float32
     keypoints_3d : (33, 3) float32
-        Metres from the middle of the hips, y up, of a person 1.7 m tall.
+        Metres from the middle of the hips, y up, of a person of `TYPICAL_HEIGHT`.
     """
     height = height_in_pixels(found.landmarks)
     seen = keypoints[:, 2].astype(np.float64)
@@ -115,6 +115,8 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     apart = gap > _APART
     share[apart] = share[apart, :1] > 0.5  # never between two places
     deep = _depths_in_pixels(keypoints, keypoints_3d)
+    if all(leg_stance(side, keypoints[:, :2], seen, keypoints_3d)[1] for side in ("left", "right")):
+        share[:, 1] = 0  # the detector's depths are put upright by people who stand: of them it knows best (docs/research/fitting.md)
     share[~np.isfinite(deep), 1] = 1
     depth = np.where(share[:, 1] == 1, 0, (1 - share[:, 1]) * np.nan_to_num(deep)) + share[:, 1] * found.landmarks[:, 2]
     if keep:
@@ -123,7 +125,7 @@ def mended(keypoints: FloatArray, keypoints_3d: FloatArray, found: BodyMap, *, k
     spread = 1 / np.sqrt((1 / own**2 + 1 / theirs**2)[:, 0])
     sure = np.clip(1.3 / (1 + (spread / _HALF_SURE) ** 2), 0.05, 1) * np.where(apart, 0.5, 1)
     places = np.concatenate([pixels, depth[:, None]], axis=1)
-    places = (places - places[HIPS].mean(axis=0)) * (_METRES / height_in_pixels(places)) * np.array([1.0, -1.0, 1.0])
+    places = (places - places[HIPS].mean(axis=0)) * (TYPICAL_HEIGHT / height_in_pixels(places)) * np.array([1.0, -1.0, 1.0])
     told = keypoints if keep else np.concatenate([pixels, sure[:, None]], axis=1)
     return told.astype(np.float32), places.astype(np.float32)
 

@@ -12,8 +12,12 @@ from a2v.types import BoolArray, ByteArray, FloatArray
 
 SURE = 0.93
 """Mean probability from which on a missing piece is the person's."""
-PIECE, LARGE, NEAR = 0.05, 0.25, 0.03
-"""A missing piece has at least the first share of the mask's area, all of them the second; they lie next to it, within this share of its extent."""
+PIECE = 0.05
+"""Smallest area of a missing piece, as a share of the mask's."""
+LARGE = 0.25
+"""Smallest area of all missing pieces together, as a share of the mask's."""
+NEAR = 0.03
+"""Largest distance of a missing piece from the mask, as a share of the mask's extent."""
 SEEN = 0.7
 """Landmarks of limbs of which the detector is less sure may mean that a part of the person was overlooked."""
 _LIMBS = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("elbow", "wrist", "knee", "ankle")]

@@ -12,7 +12,6 @@ from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.face import FaceSettings, add_face
 from a2v.reconstruction.hands import HandSettings, add_hands
 from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
-from a2v.reconstruction.papers import PapersSettings, papers_surface
 from a2v.reconstruction.sheet import surface_sheet
 
 __all__ = [
@@ -22,7 +21,6 @@ __all__ = [
     "FaceSettings",
     "HandSettings",
     "ImplicitSettings",
-    "PapersSettings",
     "SurfaceSettings",
     "add_face",
     "add_hands",
@@ -30,7 +28,6 @@ __all__ = [
     "color_surface",
     "extract_surface",
     "implicit_surface",
-    "papers_surface",
     "solve_colors",
     "surface_sheet",
 ]

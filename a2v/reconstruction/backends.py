@@ -1,9 +1,14 @@
-"""The backends by name, and the ways to colour what they give: one registry for command line, pipeline and benchmark."""
+"""The backends by name, and the ways to colour what they give: one registry for command line, pipeline and benchmark.
+
+A backend of the laboratory is a `PluggedBackend`: its settings reconstruct by themselves, and `plugged` imports them when they are asked for.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import importlib
 from collections.abc import Callable, Mapping
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,51 +17,89 @@ from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
-from a2v.reconstruction.papers.surface import PapersSettings, papers_surface
-from a2v.types import Body, OrthographicCamera, Progress, Reconstruction, Subject, Surface
+from a2v.types import Body, Camera, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject, Surface
 
-Backend = Callable[[Subject, Body, OrthographicCamera], Reconstruction]
+Backend = Callable[[Subject, Body, Camera], Reconstruction]
 """``(subject, fitted body, its camera) -> reconstruction``."""
 
-BackendSettings = SurfaceSettings | ImplicitSettings | PapersSettings
+@runtime_checkable
+class PluggedBackend(Protocol):
+    """The settings of a backend that is no part of the product: a frozen dataclass that reconstructs by itself."""
+
+    def pinned(self) -> PluggedBackend:
+        """The same settings with the digest of the files that they name, by which results are remembered."""
+        ...
+
+    def reconstruct(
+        self, subject: Subject, body: Body, camera: OrthographicCamera, *, progress: Progress | None = None
+    ) -> Reconstruction:
+        """The person's surface; see `body_prior_surface` for the arguments."""
+        ...
+
+
+BackendSettings = SurfaceSettings | ImplicitSettings | PluggedBackend
 """The settings of any backend; their type says which one is meant."""
 
-Coloring = Callable[[Reconstruction, Subject, Body, OrthographicCamera], Surface]
+Coloring = Callable[[Reconstruction, Subject, Body, Camera], Surface]
 """``(reconstruction, subject, fitted body, its camera) -> coloured surface``."""
 
 
 def reconstruct(
     subject: Subject,
     body: Body,
-    camera: OrthographicCamera,
+    camera: Camera,
     settings: BackendSettings,
     *,
     progress: Progress | None = None,
 ) -> Reconstruction:
-    """The person's surface by the backend that `settings` belong to; see `body_prior_surface`, `implicit_surface`, `papers_surface`, and their errors."""
-    if isinstance(settings, PapersSettings):
-        shape, expected = papers_surface(subject, body, camera, settings=settings, progress=progress)
-        return Reconstruction(surface=shape, backend="papers", expected_colors=expected)
-    if isinstance(settings, ImplicitSettings):
-        surface = implicit_surface(subject, body, camera, settings=settings, progress=progress)
-        return Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
-    surface = body_prior_surface(subject, body, camera, settings=settings, progress=progress)
-    return Reconstruction(surface=surface, backend="body-prior", from_body=True)
+    """The person's surface by the backend that `settings` belong to; see `body_prior_surface` and `implicit_surface`, and their errors.
+
+    All of them work in the camera's flat frame, in which the photo is an orthographic view; the surface is then moved back to the world.
+    """
+    from a2v.body import flattened
+
+    posed, flat = flattened(body, camera), camera.flat
+    if isinstance(settings, PluggedBackend):
+        found = settings.reconstruct(subject, posed, flat, progress=progress)
+    elif isinstance(settings, ImplicitSettings):
+        surface = implicit_surface(subject, posed, flat, settings=settings, progress=progress)
+        found = Reconstruction(surface=surface, backend="pifu", expected_colors=surface.colors)
+    else:
+        surface = body_prior_surface(subject, posed, flat, settings=settings, progress=progress)
+        found = Reconstruction(surface=surface, backend="body-prior", from_body=True)
+    return _with_vertices(found, camera.raised(found.surface.vertices))
+
+
+def _with_vertices(person: Reconstruction, vertices: FloatArray) -> Reconstruction:
+    return dataclasses.replace(person, surface=dataclasses.replace(person.surface, vertices=vertices))
 
 
 def _backend(settings: BackendSettings) -> Backend:
     return lambda subject, body, camera: reconstruct(subject, body, camera, settings)
 
 
-SETTINGS: Mapping[str, BackendSettings] = {
-    "pifu": ImplicitSettings(), "body-prior": SurfaceSettings(), "papers": PapersSettings(),
-}  # fmt: skip
-"""Default settings of each backend; their type says which backend is meant."""
+SETTINGS: Mapping[str, BackendSettings] = {"pifu": ImplicitSettings(), "body-prior": SurfaceSettings()}
+"""Default settings of each backend of the product; their type says which backend is meant."""
+PLUGGED: Mapping[str, str] = {"papers": "a2v.lab.papers:PapersSettings"}
+"""Backends of the laboratory: the module and the class of their settings."""
+NAMES = (*SETTINGS, *PLUGGED)
+"""Every backend that can be chosen by name."""
 ABLATIONS: Mapping[str, BackendSettings] = {"pifu-unlimited": ImplicitSettings(limits=False)}
 """Backends without a part of theirs, for the benchmark."""
 DEFAULT_BACKEND = "pifu"
-BACKENDS: Mapping[str, Backend] = {name: _backend(settings) for name, settings in SETTINGS.items()}
-"""Backends by name, with default settings."""
+
+
+def plugged(name: str, **values: object) -> PluggedBackend:
+    """The settings of a backend of the laboratory, with `values` in place of its defaults.
+
+    Raises
+    ------
+    InputError
+        What its settings refuse.
+    """
+    module, _, kind = PLUGGED[name].partition(":")
+    settings: PluggedBackend = getattr(importlib.import_module(module), kind)(**values)
+    return settings
 
 
 def backend_of(name: str, weights: str = "") -> Backend:
@@ -81,7 +124,7 @@ def backend_digest(name: str, weights: str = "") -> str:
 
 
 def _with_weights(name: str, weights: str) -> BackendSettings:
-    settings = {**SETTINGS, **ABLATIONS}[name]
+    settings = plugged(name) if name in PLUGGED else {**SETTINGS, **ABLATIONS}[name]
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
 
@@ -89,24 +132,35 @@ def color_by_photo(
     person: Reconstruction,
     subject: Subject,
     body: Body,
-    camera: OrthographicCamera,
+    camera: Camera,
     *,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
     """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
-    from a2v.body import nearest_spots
+    from a2v.body.spots import nearest_spots, spots_of
 
-    spots = nearest_spots(person.surface.vertices, body)
-    return color_surface(person.surface, subject, camera, prior=person.expected_colors, spots=spots, settings=settings, progress=progress)
+    standing, canvas = person.surface.standing, None
+    seen = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
+    if standing is None:
+        spots = nearest_spots(person.surface.vertices, body)
+    else:
+        from a2v.reconstruction.canonical.coloring import canvas_of
+
+        spots = spots_of(standing.anchors, body)
+        canvas = canvas_of(seen, subject, camera.flat, size=(settings or ColorSettings()).texture)
+    colored = color_surface(
+        seen, subject, camera.flat, prior=person.expected_colors, spots=spots, canvas=canvas, settings=settings, progress=progress
+    )
+    return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
-def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
     """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side (`ColorSettings.synthesis`)."""
     return color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=False))
 
 
-def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
     from a2v.reconstruction.color_prior import clean_colors
@@ -123,7 +177,7 @@ def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera:
     )
 
 
-def color_by_network(person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera) -> Surface:
+def color_by_network(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
     """Ablation: the backend's own colours alone, on the vertices.
 
     Raises

@@ -13,18 +13,28 @@ from a2v.body.spots import Spots
 from a2v.errors import InputError
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
-from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HANDS
-from a2v.reconstruction.color_prior import clean_colors, mirrored_prior, seen_face, skin_of_hands
+from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMBS, SKIN
+from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
+from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
 """Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
+STRAND = 0.05
+"""Largest detail of hair that is continued, sRGB."""
+_TONED = 15
+"""At least so many vertices tell the tone of skin or hair."""
+_AROUND = 150
+"""So many vertices that are seen say what a hidden one looks like."""
+TONE = np.array([0.6, 0.75, 0.75])
+"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,7 @@ def color_surface(
     *,
     prior: FloatArray | None = None,
     spots: Spots | None = None,
+    canvas: Canvas | None = None,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -95,6 +106,9 @@ def color_surface(
     spots : Spots, optional
         Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
 
+    canvas : Canvas, optional
+        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and every pixel is of what it meets.
+
     Returns
     -------
     Surface
@@ -112,16 +126,21 @@ def color_surface(
     faces = np.asarray(surface.faces, np.int64)
     _check_given(len(vertices), prior, spots, settings)
     normals = vertex_normals(surface.vertices, faces)
-    photo = _Projection(surface, subject, camera)
+    photo = PhotoProjection(surface, subject, camera)
     seen = photo.unoccluded(vertices) & (normals[:, 2] > 0)
     trust = photo.trust(vertices, normals)
+    if canvas is not None:
+        photo.canvas = canvas
+        trust = trust * canvas.agrees(camera.project(vertices), canvas.parts)
     known = (trust > 0.5) & seen
     if not known.any():
         raise InputError("the photo's camera sees nothing of the surface; do surface, camera and photo belong together?")
+    photo.known = known
     report(1, 4)
     beside = ThreadPoolExecutor(1)  # charts of the texture, and meanwhile the colours
-    atlas = beside.submit(make_atlas, vertices, faces, size=settings.texture, density=1.5 * camera.scale) if settings.texture else None
+    atlas = beside.submit(_atlas, vertices, faces, camera, canvas, settings.texture) if settings.texture else None
     beside.shutdown(wait=False)
+    apart = vertices if canvas is None else canvas.rest  # where nothing touches
 
     colors = photo.patch_colors(vertices, faces)
     if settings.delight:
@@ -131,7 +150,10 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
-    near = _nearest_vertices(vertices, settings.neighbors)
+    near = _nearest_vertices(apart, settings.neighbors)
+    if canvas is not None:
+        expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
+        reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
         continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, spots=spots, neighbors=near)
@@ -146,6 +168,8 @@ def color_surface(
         free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
     )  # fmt: skip
     base = np.where(known[:, None], colors, solution.colors)
+    if canvas is not None and continued is not None:
+        base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
@@ -159,7 +183,7 @@ def color_surface(
 
 
 def _expected(
-    photo: _Projection,
+    photo: PhotoProjection,
     vertices: FloatArray,
     normals: FloatArray,
     colors: FloatArray,
@@ -181,7 +205,7 @@ def _expected(
 
 
 def _continued(
-    photo: _Projection,
+    photo: PhotoProjection,
     vertices: FloatArray,
     faces: IntArray,
     normals: FloatArray,
@@ -252,51 +276,49 @@ def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArr
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-class _Projection:
-    """The photo as a projector: its clean colours, and how far to trust them at a point."""
+def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
+    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another."""
+    from skimage.color import lab2rgb, rgb2lab
 
-    def __init__(self, surface: Surface, subject: Subject, camera: OrthographicCamera) -> None:
-        import cv2
+    result, skin = base.copy(), None
+    for own in ((labels == SKIN) & bare, labels == HAIR):
+        if (own & known).sum() < _TONED or not (own & ~known).any():
+            continue
+        seen = rgb2lab(np.clip(base[own & known], 0, 1))
+        if skin is not None:  # at its border hair is mixed with skin
+            away = np.linalg.norm(seen - skin, axis=1)
+            seen = seen[away >= np.median(away)]
+        tone = skin = np.median(seen, axis=0)
+        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
+        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
+    return result
 
-        self.subject, self.camera = subject, camera
-        self.clean = clean_colors(subject)
-        height, width = subject.mask.shape
-        depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
-        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour from before
-        self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
-        person = (subject.mask > 0.5).astype(np.uint8)
-        self.inner = cv2.distanceTransform(cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
-        tall = float(np.ptp(np.nonzero(person)[0]) + 1)
-        self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
 
-    def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
-        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over the patch that it stands for."""
-        import cv2
+def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
+    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
+    hair = labels == HAIR
+    detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
+    return detail
 
-        spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * self.camera.scale
-        softened = cv2.GaussianBlur(self.clean, (0, 0), 0.4 * spacing) if spacing > 1 else self.clean
-        return np.clip(sample_image(softened, self.camera.project(vertices)), 0, 1).astype(np.float64)
 
-    def _pixel(self, points: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
-        pixels = self.camera.project(points)
-        height, width = self.depth.shape
-        u, v = np.floor(pixels[:, 0]).astype(np.int64), np.floor(pixels[:, 1]).astype(np.int64)
-        within = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-        return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
+def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:
+    """The layout of the texture."""
+    return make_atlas(vertices, faces, size=size, density=1.5 * camera.scale) if canvas is None else canvas.atlas
 
-    def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
-        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are inside the photo."""
-        u, v, within = self._pixel(points)
-        return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
 
-    def trust(self, points: FloatArray, normals: FloatArray) -> FloatArray:
-        """From 0 (unseen, grazing, or at the silhouette) to 1 (seen squarely) at points (N, 3)."""
-        u, v, within = self._pixel(points)
-        facing = np.clip((normals[:, 2] - 0.12) / 0.28, 0, 1)
-        inner = np.clip(self.inner[v, u] / self.edge - 0.5, 0, 1)
-        # softly closed behind occluding edges
-        behind = np.clip((points[:, 2] + 0.02 - self.depth[v, u]) / 0.012, 0, 1)
-        return np.asarray(facing * facing * (3 - 2 * facing) * inner * behind * within)
+def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray) -> FloatArray:
+    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides it."""
+    from scipy.spatial import cKDTree
+
+    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
+    result = expected.copy()
+    for names in LIMBS:
+        own = on_parts(canvas.parts, *names)
+        shown = np.flatnonzero(own & known)
+        if (own & lost).any() and len(shown) >= 20:
+            beside = cKDTree(canvas.rest[shown]).query(canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1)[1]
+            result[own & lost] = np.median(colors[shown[beside]], axis=1)
+    return result
 
 
 def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
@@ -314,7 +336,7 @@ def _bake(
     faces: IntArray,
     normals: FloatArray,
     colors: FloatArray,
-    photo: _Projection,
+    photo: PhotoProjection,
     paint: FacePaint | None,
     continued: Continuation | None,
     atlas: Atlas,
@@ -322,6 +344,7 @@ def _bake(
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
     size = atlas.size
     texture = np.zeros((size, size, 3), np.uint8)
+    borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
     for top in range(0, size, 256):
         rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
         if not len(rows):
@@ -332,7 +355,10 @@ def _bake(
         point = (vertices[corner] * weight).sum(axis=1)
         normal = (normals[corner] * weight).sum(axis=1)
         trust = photo.trust(point, normal)[:, None]
-        smooth = (colors[corner] * weight).sum(axis=1)
+        if photo.canvas is not None:
+            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
+            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
+        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
         sharp = sample_image(photo.clean, photo.camera.project(point))
         if paint is not None:
             kind = paint.kinds[corner].max(axis=1)
@@ -340,7 +366,10 @@ def _bake(
             sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
             trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
         if continued is not None:
-            smooth = smooth + continued.at(point, corner, weight[..., 0])
+            detail = continued.at(point, corner, weight[..., 0])
+            if photo.canvas is not None:
+                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
+            smooth = smooth + detail
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
     # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding

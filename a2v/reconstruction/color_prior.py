@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.steps import smoothstep
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
 
 
@@ -134,15 +135,15 @@ def mirrored_prior(
 
     row, across = pixels[:, 1], pixels[:, 0] - middle
     torso = sample_image(cv2.GaussianBlur(look.without_neckline(clean), (0, 0), blur), pixels)
-    below = (_step(row, look.collar - 0.3 * unit, look.collar) * (np.abs(across) < 3.5 * unit) * (row < chin + 8 * unit))[:, None]
+    below = (smoothstep(row, look.collar - 0.3 * unit, look.collar) * (np.abs(across) < 3.5 * unit) * (row < chin + 8 * unit))[:, None]
     prior = below * torso + (1 - below) * plain
     behind = _behind_ears(vertices, normals, inside, row, subject=subject, look=look, scale=camera.scale)
     # skin from the hairline to the collar, hair above or as far down as it hangs
-    neck = behind * inside * _step(-row, -look.collar, -(look.collar - 0.2 * unit))
+    neck = behind * inside * smoothstep(-row, -look.collar, -(look.collar - 0.2 * unit))
     prior = prior + (neck * ~known)[:, None] * (0.92 * skin - prior)
     hanging = np.abs(across) < (1.9 * unit if look.hair_end > look.nape + 0.3 * unit else np.inf)
     hair = behind * (inside | (hanging & (vertices[:, 2] < np.median(vertices[inside, 2])) & (row > look.nape)))
-    hair = hair * hanging * _step(-row, -(look.hair_end + 0.15 * unit), -(look.hair_end - 0.15 * unit))
+    hair = hair * hanging * smoothstep(-row, -(look.hair_end + 0.15 * unit), -(look.hair_end - 0.15 * unit))
     return np.asarray(prior + (hair * ~known)[:, None] * (look.around(row, across) - prior))
 
 
@@ -157,11 +158,11 @@ def _behind_ears(
     where = vertices - np.median(vertices[inside], axis=0)
     ahead = (where[:, 0] * np.sin(angle) + where[:, 2] * np.cos(angle)) * scale / look.unit
     forehead = look.eye_line - look.top
-    behind = np.maximum(_step(-ahead, -0.6, 0.0), _step(-row, -(look.eye_line - 0.3 * forehead), -(look.eye_line - 0.5 * forehead)))
+    behind = np.maximum(smoothstep(-ahead, -0.6, 0.0), smoothstep(-row, -(look.eye_line - 0.3 * forehead), -(look.eye_line - 0.5 * forehead)))
     # the neck is no sphere around the head's middle: there what faces backwards counts
     away = normals[:, 0] * np.sin(angle) + normals[:, 2] * np.cos(angle)
-    low = _step(row, look.nape - 0.2 * look.unit, look.nape + 0.2 * look.unit)
-    return np.asarray((1 - low) * behind + low * _step(-away, -0.3, 0.2))
+    low = smoothstep(row, look.nape - 0.2 * look.unit, look.nape + 0.2 * look.unit)
+    return np.asarray((1 - low) * behind + low * smoothstep(-away, -0.3, 0.2))
 
 
 _SHADE = np.array([0.5, 1.0, 1.0])
@@ -317,11 +318,6 @@ def _filled_rows(values: FloatArray, fallback: FloatArray, width: float) -> Floa
     smooth: FloatArray = gaussian_filter1d(values[near], max(width, 0.5), axis=0, mode="nearest")
     return smooth
 
-
-def _step(values: FloatArray, low: float, high: float) -> FloatArray:
-    """0 up to `low`, 1 from `high`, smooth between."""
-    t = np.clip((values - low) / (high - low), 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))
 
 
 def _row_extents(person: BoolArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:

@@ -14,7 +14,7 @@ from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.images import nearest_known
 from a2v.geometry.mesh import evened
 from a2v.geometry.rays import RayScene, pixel_rays
-from a2v.studio.solid import cosine_directions
+from a2v.geometry.sampling import cosine_directions
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 LIMITS = (0.6, 1.6)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import brief, read_bytes, reading, shorten
+from a2v.io import brief, read_bytes, shorten
+from a2v.plain_yaml import parse_yaml
 from a2v.record import Record
 from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
@@ -149,14 +150,11 @@ def read_cameras(path: str | os.PathLike[str]) -> tuple[CameraPath, ...]:
     """
     import difflib
 
-    import yaml
-
     try:
         data = read_bytes(path, limit=MAX_CAMERA_FILE, empty=True)
     except InputError as error:
         raise InputError(f"cannot read {path}: {str(error).removeprefix(f'cannot read {path}: ')}") from None
-    with reading(path, "YAML", "a few cameras"):
-        content = yaml.safe_load(data.decode("utf-8-sig"))
+    content = parse_yaml(data, path, "YAML", "a few cameras")
     if not isinstance(content, dict) or not content:
         raise InputError(f"{path} has no cameras; expected names, each with fields such as {{azimuth: 30, elevation: 12}}")
     kinds = {field.name: field for field in dataclasses.fields(CameraPath) if field.name not in ("name", "provenance")}

@@ -9,7 +9,8 @@ import numpy as np
 
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
-from a2v.rendering.scene import SUN_DISTANCE, SceneSettings, grid_factor, spot_matrix
+from a2v.rendering.lights import DiskLight
+from a2v.rendering.scene import SceneSettings, grid_factor
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
@@ -129,36 +130,34 @@ def _light(scene: SceneSettings, camera: ViewCamera, size: int) -> FloatArray:
 def ground_light(scene: SceneSettings, place: FloatArray) -> FloatArray:
     """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp hanging over the origin."""
     point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
-    lamp = spot_matrix((0.0, 0.0, 0.0), scene)
-    normal, area = lamp[:3, 2] / np.linalg.norm(lamp[:3, 2]), np.pi * scene.spot_radius**2
+    lamp, sun = scene.spot_light(), scene.sun_light
+    disk, area = lamp.matrix[:3, :2], np.pi * lamp.radius**2
     facing, hidden = np.zeros(len(point)), np.zeros(len(point))
     for q in _disk(12) if max(scene.spot) > 0 else ():
-        way = lamp[:3, :2] @ q + lamp[:3, 3] - point
+        way = disk @ q + lamp.center - point
         square = (way**2).sum(axis=-1)
-        factor = way[:, 1] * -(way @ normal) / square**2 * (area / np.pi / 12)
+        factor = way[:, 1] * -(way @ lamp.normal) / square**2 * (area / np.pi / 12)
         facing += np.maximum(factor, 0)
         hidden += np.abs(factor)
-    reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
-    spot = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
-    sun = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)
-    free = _sun_seen(scene, point, sun, lamp, normal)
-    way = SUN_DISTANCE * sun - point  # the sun of the stage is near enough for its light to fade a little over the ground
+    free = _sun_seen(scene, point, sun, lamp)
+    way = sun.center - point  # the sun of the stage is near enough for its light to fade a little over the ground
     square = (way**2).sum(axis=-1)
-    free *= SUN_DISTANCE**2 * way[:, 1] * (way @ sun) / square**2
-    return np.asarray(free[:, None] * np.array(scene.sun) + facing[:, None] * spot + (1 - hidden)[:, None] * scene.sky_on_ground)
+    free *= sun.reach**2 * way[:, 1] * (way @ -sun.normal) / square**2
+    return np.asarray(free[:, None] * sun.irradiance + facing[:, None] * lamp.radiance + (1 - hidden)[:, None] * scene.sky_on_ground)
 
 
-def _sun_seen(scene: SceneSettings, point: FloatArray, sun: FloatArray, lamp: FloatArray, normal: FloatArray) -> FloatArray:
+def _sun_seen(scene: SceneSettings, point: FloatArray, light: DiskLight, lamp: DiskLight) -> FloatArray:
     """The part (N,) of the sun's disk that the lamp's disk does not hide from points (N, 3)."""
+    sun = -light.normal
     across = np.cross(sun, (0.0, 1.0, 0.0) if abs(sun[1]) < 0.9 else (1.0, 0.0, 0.0))
     across /= np.linalg.norm(across)
     axes = np.stack([across, np.cross(sun, across)]) * np.tan(np.radians(scene.sun_angle))
     hidden, points = np.zeros(len(point)), _disk(64)
     for q in points if max(scene.spot) > 0 else ():
         way = sun + q @ axes
-        along = ((lamp[:3, 3] - point) @ normal) / (way @ normal)
-        off = point + along[:, None] * way - lamp[:3, 3]
-        hidden += ((off**2).sum(axis=-1) < scene.spot_radius**2) & (along > 0)
+        along = ((lamp.center - point) @ lamp.normal) / (way @ lamp.normal)
+        off = point + along[:, None] * way - lamp.center
+        hidden += ((off**2).sum(axis=-1) < lamp.radius**2) & (along > 0)
     return 1 - hidden / len(points)
 
 

@@ -5,19 +5,23 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import os
+import types
+import typing
 from pathlib import Path
 from typing import Any
 
 from a2v.errors import InputError
-from a2v.io import brief, read_bytes, reading, shorten
-from a2v.rendering.scene import SceneSettings
+from a2v.io import brief, read_bytes, shorten
+from a2v.plain_yaml import parse_yaml
+from a2v.rendering.scene import SceneSettings, Triple
 
 LOOKS = ("studio", "outdoor", "night")
 """The looks of the package, each a YAML file in the folder `looks`."""
 
 MAX_LOOK_FILE = 1 << 16
 
-_FIELDS = {field.name: field for field in dataclasses.fields(SceneSettings) if field.name != "provenance"}
+_KINDS = typing.get_type_hints(SceneSettings)
+_FIELDS = {field.name: _KINDS[field.name] for field in dataclasses.fields(SceneSettings) if field.name != "provenance"}
 
 
 def read_look(name: str | os.PathLike[str]) -> SceneSettings:
@@ -28,14 +32,11 @@ def read_look(name: str | os.PathLike[str]) -> SceneSettings:
     InputError
         Neither a look nor a readable file, no YAML mapping, an unknown field or an unusable value; the file is named.
     """
-    import yaml
-
     path = Path(__file__).with_name("looks") / f"{name}.yaml" if name in LOOKS else Path(name)
     if name not in LOOKS and not path.is_file():
         raise InputError(f"look '{shorten(str(name), 60)}' is no file; expected {', '.join(LOOKS)}, or a YAML file of lights")
     data = read_bytes(path, limit=MAX_LOOK_FILE, empty=True)
-    with reading(path, "YAML", "a few lights"):
-        content = yaml.safe_load(data.decode("utf-8-sig"))
+    content = parse_yaml(data, path, "YAML", "a few lights")
     if not isinstance(content, dict | None):
         raise InputError(f"{path} is no mapping; expected fields such as sun: [0.7, 0.7, 0.6]")
     values: dict[str, Any] = {}
@@ -44,26 +45,27 @@ def read_look(name: str | os.PathLike[str]) -> SceneSettings:
             near = difflib.get_close_matches(shorten(str(key), 60), _FIELDS, n=1)
             hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(_FIELDS)}"
             raise InputError(f"{path}: unknown field '{shorten(str(key), 60)}'; {hint}")
-        values[key] = _value(value, f"{path}: {key}", str(_FIELDS[key].type))
+        values[key] = _value(value, f"{path}: {key}", _FIELDS[key])
     try:
         return SceneSettings(**values)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _value(given: object, what: str, kind: str) -> Any:
-    if given is None and "None" in kind:
+def _value(given: object, what: str, kind: Any) -> Any:
+    kinds = typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+    if given is None and type(None) in kinds:
         return None
-    if "Triple" in kind:
+    if Triple in kinds:
         if not isinstance(given, list) or len(given) != 3:
             raise InputError(f"{what} is {brief(given)}; expected three numbers")
         return tuple(_number(item, what) for item in given)
-    if kind == "bool":
+    if kind is bool:
         if not isinstance(given, bool):
             raise InputError(f"{what} is {brief(given)}; expected true or false")
         return given
     number = _number(given, what)
-    if kind == "int":
+    if kind is int:
         if number != int(number):
             raise InputError(f"{what} is {brief(given)}; expected a whole number")
         return int(number)

@@ -15,7 +15,7 @@ import numpy as np
 from a2v.face import FACE_KINDS
 from a2v.geometry.colors import srgb_to_linear
 from a2v.geometry.mesh import evened
-from a2v.types import BoolArray, FloatArray, IntArray, Surface
+from a2v.types import MATERIALS, BoolArray, FloatArray, IntArray, Surface
 
 EYE = 2.0
 """The mark of a wet surface; skin is 1, anything else 0."""
@@ -74,6 +74,33 @@ def matter_of(surface: Surface, bare: BoolArray | None = None) -> FloatArray | N
     for kind, value in (("eye", EYE), ("mouth", 1.0), ("teeth", 0.0), ("tongue", 0.0)):
         like[face.patch[kinds == kind]] = value
     return np.asarray(like, np.float32)
+
+
+def materials_of(surface: Surface, head: BoolArray, hands: BoolArray) -> IntArray:
+    """What each face of a person is made of, (F,) uint8, an index into `MATERIALS`: eyes and mouth are the body's own, skin has the colour of
+    the face, hair is what else the head has, and all else is cloth. Each face is what most of its corners are.
+
+    Parameters
+    ----------
+    surface : Surface
+    head, hands : (V,) bool
+        Vertices of head and hands.
+    """
+    like = matter_of(surface, head | hands)
+    kinds = np.full(len(surface.vertices), MATERIALS.index("cloth"))
+    kinds[head] = MATERIALS.index("hair")
+    if like is not None:
+        kinds[(like > 0.5) & (like <= 1)] = MATERIALS.index("skin")
+    if surface.face is not None:
+        names = np.array([MATERIALS.index(_MATERIAL_OF[name]) for name in FACE_KINDS])
+        kinds[surface.face.patch] = names[surface.face.kinds]
+    corners = kinds[surface.faces]
+    agreed = np.where(corners[:, 1] == corners[:, 2], corners[:, 1], corners[:, 0])
+    return agreed.astype(np.uint8)
+
+
+_MATERIAL_OF = {"skin": "skin", "eye": "eyes", "mouth": "mouth", "tongue": "mouth", "teeth": "mouth"}
+"""What `FACE_KINDS` are for engines."""
 
 
 def _skin_of(surface: Surface, ratio: FloatArray, bright: FloatArray, bare: BoolArray | None) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.empty import Empty
-from a2v.rendering.scene import SceneSettings, spot_matrix
+from a2v.rendering.scene import SceneSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
 TILE, _FINE = 8, 4
@@ -30,9 +30,12 @@ _RAMP = 3
 _GAIN = 0.95
 """A box is cut where two have less than this part of its pixels."""
 
-_GRAIN, _CONTEXT, _MARGIN = 16, 8, 6
-"""Boxes to denoise begin at multiples of `_GRAIN` pixels (the denoiser's own raster, or a moving box would flicker). Where two cut through the person
-they reach `_CONTEXT` pixels further, over which they are blended; elsewhere `_MARGIN`, for what is beside the person holds no noise."""
+_GRAIN = 16
+"""Boxes to denoise begin at multiples of this number of pixels, the denoiser's own raster; otherwise a moving box would flicker."""
+_CONTEXT = 8
+"""Pixels by which two boxes that cut through the person overlap and are blended."""
+_MARGIN = 6
+"""Pixels around a box elsewhere: what is beside the person holds no noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +114,7 @@ def _shadows(vertices: FloatArray, camera: ViewCamera, scene: SceneSettings) -> 
     way = above[:, 1:2] / sun[1] * sun
     spread = np.linalg.norm(way, axis=1) * np.float32(np.tan(np.radians(scene.sun_angle)) / sun[1])
     found = [(above - way, spread)] if max(scene.sun) > 0 else []
-    lamp = spot_matrix(camera.target, scene)[:3, 3].astype(np.float32)
+    lamp = scene.spot_light(camera.target).center.astype(np.float32)
     if max(scene.spot) > 0 and above[:, 1].max() < 0.95 * (lamp[1] - scene.spot_radius):
         part = above[:, 1:2] / (lamp[1] - above[:, 1:2])
         # seen from a point below the lamp its rim may hang lower than its middle

@@ -16,7 +16,7 @@ from a2v.rendering.empty import Empty, empty_stage, rays
 from a2v.rendering.ground import kept_light
 from a2v.rendering.matter import matter_of
 from a2v.rendering.region import boxes, region
-from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, spot_matrix, stage
+from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, stage
 from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
@@ -291,7 +291,7 @@ class Renderer:
             parameters["sensor.to_world"] = _transform(mi, matrix)
             parameters["sensor.x_fov"] = camera.fov
             if "spot.to_world" in parameters:
-                parameters["spot.to_world"] = _transform(mi, spot_matrix(camera.target, self.scene_settings))
+                parameters["spot.to_world"] = _transform(mi, self.scene_settings.spot_light(camera.target).matrix)
         parameters.update()
         shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
 

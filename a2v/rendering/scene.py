@@ -12,13 +12,13 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.geometry.steps import smoothstep
 from a2v.record import Record
+from a2v.rendering.lights import DiskLight, spot_disk, sun_disk
 from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 
-SUN_DISTANCE = 20000.0
-"""How far away the disk is that stands for the sun, metres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +92,15 @@ class SceneSettings(Record):
             raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
         if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
             raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
+
+    @property
+    def sun_light(self) -> DiskLight:
+        """The sun."""
+        return sun_disk(np.array(self.sun_direction), self.sun_angle, np.array(self.sun))
+
+    def spot_light(self, target: Triple = (0.0, 0.0, 0.0)) -> DiskLight:
+        """The spot light that follows `target`, metres (its place on the ground counts)."""
+        return spot_disk(np.array(self.spot_position), self.spot_radius, np.array(self.spot), target=np.array(target))
 
     @property
     def fill(self) -> FloatArray:
@@ -212,31 +221,12 @@ def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, 
     return shape
 
 
-def spot_matrix(target: Triple, scene: SceneSettings) -> FloatArray:
-    """World from disk (4, 4) of the spot light that follows `target` (its place on the ground counts)."""
-    foot = np.array([target[0], 0.0, target[2]])
-    place = foot + scene.spot_position
-    aim = foot + np.array((0.0, 0.9, 0.0))
-    normal = (aim - place) / np.linalg.norm(aim - place)
-    side = np.cross((0.0, 0.0, 1.0) if abs(normal[2]) < 0.9 else (1.0, 0.0, 0.0), normal)
-    side /= np.linalg.norm(side)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.stack([side, np.cross(normal, side), normal], axis=1) * scene.spot_radius
-    matrix[:3, 3] = place
-    return matrix
-
-
 def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
     """Ground and lights as a Mitsuba dictionary."""
     transform = mi.ScalarTransform4f
     # A disk far away is a directional light with soft shadows. (As a bright patch of an environment map it is noisier:
     # one sample would have to choose between the sun and the sky.)
-    sun, far = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction), SUN_DISTANCE
-    radius = far * float(np.tan(np.radians(scene.sun_angle)))
-    sun_radiance = np.array(scene.sun) * (far**2 + radius**2) / radius**2
-    # irradiance E of a disk of radius r seen face on from distance d: E = pi L r^2 / (d^2 + r^2)
-    reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
-    spot_radiance = np.array(scene.spot) * (reach**2 + scene.spot_radius**2) / scene.spot_radius**2
+    sun, spot = scene.sun_light, scene.spot_light()
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
     objects: dict[str, Any] = {
         "ground": {
@@ -252,17 +242,17 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
         "fill": _sky(mi, scene),
         "sun": {
             "type": "disk",
-            "to_world": transform().look_at(origin=(sun * far).tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(radius),
+            "to_world": transform().look_at(origin=sun.center.tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(sun.radius),
             "bsdf": black,
-            "light": {"type": "area", "radiance": {"type": "rgb", "value": sun_radiance.tolist()}},
+            "light": {"type": "area", "radiance": {"type": "rgb", "value": sun.radiance.tolist()}},
         },
     }
     if max(scene.spot) > 0:  # a dark one would throw a shadow all the same
         objects["spot"] = {
             "type": "disk",
-            "to_world": transform(spot_matrix((0.0, 0.0, 0.0), scene)),
+            "to_world": transform(spot.matrix),
             "bsdf": black,
-            "light": {"type": "area", "radiance": {"type": "rgb", "value": spot_radiance.tolist()}},
+            "light": {"type": "area", "radiance": {"type": "rgb", "value": spot.radiance.tolist()}},
         }
     return objects
 
@@ -307,5 +297,4 @@ def _texels(scene: SceneSettings, pixels: int) -> FloatArray:
 
 def _fade(radius: FloatArray) -> FloatArray:
     """1 in the middle of the ground, 0 at its rim; `radius` is a fraction of half its side."""
-    share = np.clip((0.85 - radius) / 0.6, 0, 1)
-    return np.asarray(share**2 * (3 - 2 * share))
+    return smoothstep((0.85 - radius) / 0.6, 0, 1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.matter import Hit
-from a2v.rendering.scene import SUN_DISTANCE, SceneSettings, spot_matrix
+from a2v.rendering.scene import SceneSettings
 from a2v.types import FloatArray, IntArray
 
 _MOST = 1 << 22
@@ -272,26 +272,13 @@ class _Lamps:
     @classmethod
     def of(cls, mi: Any, scene: SceneSettings, camera: ViewCamera) -> _Lamps:
         """The lamp follows the camera's target."""
-        sun = np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)
-        radius = SUN_DISTANCE * float(np.tan(np.radians(scene.sun_angle)))
-        side = np.cross(sun, (0.0, 0.0, 1.0) if abs(sun[2]) < 0.9 else (1.0, 0.0, 0.0))
-        side *= radius / np.linalg.norm(side)
-        matrix = spot_matrix(camera.target, scene)
-        reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
-        powers = np.array(scene.sun) * (SUN_DISTANCE**2 + radius**2), np.array(scene.spot) * (reach**2 + scene.spot_radius**2)
-        vectors = [
-            sun * SUN_DISTANCE,
-            side,
-            np.cross(sun, side),
-            -sun,
-            matrix[:3, 3],
-            matrix[:3, 0],
-            matrix[:3, 1],
-            matrix[:3, 2] / scene.spot_radius,
-        ]
+        lights = (scene.sun_light, scene.spot_light(camera.target))
+        sides = [light.axes * light.radius for light in lights]
+        sides[0][1] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
+        vectors = [vector for light, two in zip(lights, sides, strict=True) for vector in (light.center, *two, light.normal)]
         c, a, b, n, sc, sa, sb, sn = (mi.Vector3f(*_numbers(mi, value)) for value in vectors)
         overhead = scene.sky(np.array(np.inf))
-        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*powers, overhead, scene.fill - overhead))
+        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*(light.power for light in lights), overhead, scene.fill - overhead))
         return cls(
             mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
             haze=None if scene.zenith is None else _number(mi, -1 / scene.haze),

@@ -1,6 +1,6 @@
 """Where the photo's camera stood: how steeply it saw the ground, how far away and how high it was, and what it makes of the person.
 
-The person was reconstructed as an orthographic camera sees, upright, depth measured over the floor (`a2v.studio.solid.PhotoFrame`). In that
+The person was reconstructed as an orthographic camera sees, upright, depth measured over the floor (`a2v.lab.studio.solid.PhotoFrame`). In that
 frame flat ground falls towards the camera by the tangent of the angle at which the camera sees it, and soles lie on the ground: the slope
 of the soles tells height over distance. How far away the camera was only the focal length in the file can tell, else what is usual.
 """

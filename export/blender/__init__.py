@@ -68,7 +68,7 @@ class Making:
         self._folder = tempfile.TemporaryDirectory(prefix="a2v-")
         self.path = Path(self._folder.name) / "person.glb"
         words = [command, "character", "--photo", photo, "--actions", actions, "--rig", rig, "--out", str(self.path), "--json", "--quiet"]
-        self._said = open(Path(self._folder.name) / "said.json", "w+")  # noqa: SIM115 - open until the program ends
+        self._said = open(Path(self._folder.name) / "said.json", "w+", encoding="utf-8")  # noqa: SIM115 - open until the program ends
         self._program = subprocess.Popen(words, stdout=self._said, stderr=subprocess.DEVNULL)
 
     def running(self) -> bool:

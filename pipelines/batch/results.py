@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import json
+import os
 import urllib.parse
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,14 +17,29 @@ from typing import Any
 from a2v.errors import A2VError
 from a2v.io import atomic_path, read_bytes, write_csv
 from pipelines.batch.tasks import Job, Result
+from pipelines.engine.run import Outcome
+from pipelines.engine.store import Store
 from pipelines.outputs import write_blob, write_results
-from pipelines.run import Outcome
-from pipelines.store import Store
 
 RECORD = "job.json"
 THUMBNAIL = "thumbnail.jpg"
 _MAX_RECORD_BYTES = 1 << 20
-_COLUMNS = ("folder", "status", "name", "photo", "action", "model", "motion", "seed", "frames", "views", "size", "seconds", "problem", "notes")
+_COLUMNS = (
+    "folder",
+    "status",
+    "name",
+    "photo",
+    "action",
+    "model",
+    "motion",
+    "seed",
+    "frames",
+    "views",
+    "size",
+    "seconds",
+    "problem",
+    "notes",
+)
 
 
 def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, Any]:
@@ -33,13 +49,13 @@ def write_job(out: Path, job: Job, result: Result, store: Store) -> dict[str, An
     if not result.problem:
         video = job.tasks[-1]
         outcome = Outcome(result.values, {}, result.seconds, result.peak_memory, store)
-        written = write_results(outcome, folder, video.parameters["render"].views)
+        written = write_results(outcome, folder, video.parameters["render"].views, edit=video.parameters["edit"])
         written.append(write_blob(outcome, result.values["thumbnail"], folder / THUMBNAIL))
-    row = job.row
+    row, request = job.row, job.row.request
     record = {
-        "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name, "photo": row.photo, "action": row.motion.action,
-        "model": row.motion.model, "motion": row.motion.motion or "", "seed": row.motion.seed, "frames": row.motion.frames,
-        "views": row.look.views or "", "size": row.look.size, "seconds": round(result.seconds, 3), "problem": result.problem,
+        "folder": job.name, "status": "failed" if result.problem else "done", "name": row.name,
+        "photo": request.person.photo, "action": request.motion.action, "model": request.motion.model, "motion": request.motion.motion or "", "seed": request.motion.seed, "frames": request.motion.frames,
+        "views": request.film.views or "", "size": request.film.size, "seconds": round(result.seconds, 3), "problem": result.problem,
         "notes": " ".join((*job.notes, *result.notes)), "trace": result.trace, "key": job.tasks[-1].key if job.tasks else "",
         "files": {path.name: path.stat().st_size for path in written},
     }  # fmt: skip
@@ -67,7 +83,7 @@ def is_over(out: Path, job: Job, *, retry_failed: bool) -> bool:
         return not retry_failed
     try:
         return all((out / job.name / Path(name).name).stat().st_size == size for name, size in record["files"].items())
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a name with a zero byte
         return False
 
 
@@ -78,7 +94,7 @@ def write_tables(out: Path) -> dict[str, int]:
     if rows:
         write_csv(out / "results.csv", plain_rows)
     with atomic_path(out / "index.html") as temporary:
-        temporary.write_text(_page(rows), encoding="utf-8")
+        temporary.write_text(_page(rows), encoding="utf-8", errors="backslashreplace")
     done = sum(record["status"] == "done" for record in rows)
     return {"done": done, "failed": len(rows) - done}
 
@@ -117,9 +133,14 @@ def _page(rows: list[dict[str, Any]]) -> str:
 
 
 def _line(record: Mapping[str, Any]) -> str:
-    folder = urllib.parse.quote(record["folder"])
+    folder = urllib.parse.quote(os.fsencode(record["folder"]))
     what = record.get("action") or Path(str(record.get("motion", ""))).name
-    told = (record["name"] or record["folder"], Path(str(record.get("photo", ""))).name, what, *(record.get(n, "") for n in ("seed", "frames", "views")))
+    told = (
+        record.get("name") or record["folder"],
+        Path(str(record.get("photo", ""))).name,
+        what,
+        *(record.get(n, "") for n in ("seed", "frames", "views")),
+    )
     cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in told)
     if record["status"] == "failed":
         return f'<tr class="failed"><td></td>{cells}<td>{html.escape(str(record.get("problem", "")))}</td></tr>'

@@ -10,28 +10,27 @@ import csv
 import dataclasses
 import io
 import os
-import re
-import types
-import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 from a2v.errors import InputError
 from a2v.io import read_bytes, shorten
-from pipelines.inputs import LookOptions
-from pipelines.motion_options import MotionOptions
+from a2v.plain_yaml import parse_yaml
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import MotionRequest
+from pipelines.requests.person import PersonStages
+from pipelines.requests.video import FILES, MAYBE_FILES, VideoRequest, names
 
 MAX_FILE_BYTES = 64 << 20
 MAX_ROWS = 100_000
 MAX_CELL = 4096
 """Characters of a cell."""
-_FILES = ("photo", "mask", "keypoints", "motion", "camera", "keyframes")
-_MAYBE_FILES = ("model", "background", "look", "path")
-_YES_NO = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+_POSES = ("start_pose", "end_pose")
+"""Cells that name a file and its frames, as ``FILE#12``."""
+_CHECKPOINTS = ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture", "fit.model", "implicit.weights")
+_MAYBE_FILES = (*MAYBE_FILES, *_POSES, *_CHECKPOINTS)
+"""Cells that may name a file or a folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,25 +43,24 @@ class Row:
         Its place in the file, from 1.
     name : str
         What the user calls it.
-    photo, mask, keypoints : str or None
-        Paths.
-    motion, look : options of ``a2v video``
+    request : VideoRequest
     problem : str
         Why it cannot be done; empty where it may be.
     """
 
     number: int
     name: str = ""
-    photo: str = ""
-    mask: str | None = None
-    keypoints: str | None = None
-    motion: MotionOptions
-    look: LookOptions
+    request: VideoRequest
     problem: str = ""
 
 
-def read_rows(path: str | os.PathLike[str], motion: MotionOptions, look: LookOptions) -> list[Row]:
-    """The rows of a jobs file; `motion` and `look` hold what a row leaves open.
+def defaults(stages: PersonStages, motion: MotionRequest, film: FilmRequest) -> VideoRequest:
+    """What rows leave open; a photo every row has to name."""
+    return VideoRequest(person=stages.with_photo(""), motion=motion, film=film)
+
+
+def read_rows(path: str | os.PathLike[str], given: VideoRequest) -> list[Row]:
+    """The rows of a jobs file; `given` holds what a row leaves open (see `defaults`).
 
     Raises
     ------
@@ -77,13 +75,16 @@ def read_rows(path: str | os.PathLike[str], motion: MotionOptions, look: LookOpt
         raise InputError(f"{source} is no UTF-8 text ({error.reason}); save it as UTF-8") from None
     if source.suffix.lower() not in (".csv", ".yaml", ".yml"):
         raise InputError(f"cannot read jobs from {source}; expected a .csv or .yaml file")
-    found = list(_csv_rows(text, source) if source.suffix.lower() == ".csv" else _yaml_rows(text, source))
-    if not found:
+    rows = list(_csv_rows(text, source) if source.suffix.lower() == ".csv" else _yaml_rows(data, source))
+    if not rows:
         raise InputError(f"{source} names no jobs; expected a row for every video, with at least the columns photo and action")
-    known = {"name", "photo", "mask", "keypoints", *(item.name for kind in (MotionOptions, LookOptions) for item in dataclasses.fields(kind))}
-    if unknown := sorted({name for given in found for name in given} - known):
-        raise InputError(f"{source} has the unknown column '{shorten(unknown[0], 60)}'; the columns are {', '.join(sorted(known))}")
-    return [_row(number, given, source.parent, motion, look) for number, given in enumerate(found, 1)]
+    known = {"name", *names()}
+    if unknown := sorted({name for row in rows for name in row} - known):
+        shown = sorted(name for name in known if "." not in name)
+        raise InputError(
+            f"{source} has the unknown column '{shorten(unknown[0], 60)}'; the columns are {', '.join(shown)}, and settings such as fit.height"
+        )
+    return [_row(number, row, source.parent, given) for number, row in enumerate(rows, 1)]
 
 
 def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
@@ -96,7 +97,9 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         for number, row in enumerate(reader, 1):
             _check_count(number, source)
             if None in row:
-                raise InputError(f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas")
+                raise InputError(
+                    f"line {reader.line_num} of {source} has more cells than the first line; put quotes around text with commas"
+                )
             given = {name: value.strip() for name, value in row.items() if value is not None and value.strip()}
             if given:
                 yield dict(given)
@@ -104,18 +107,15 @@ def _csv_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
         raise InputError(f"{source} is no readable CSV ({shorten(error, 80)})") from None
 
 
-def _yaml_rows(text: str, source: Path) -> Iterator[dict[str, object]]:
-    try:
-        content = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{source} is no readable YAML ({shorten(error, 120)})") from None
+def _yaml_rows(data: bytes, source: Path) -> Iterator[dict[str, object]]:
+    content = parse_yaml(data, source, "readable YAML", "a list of jobs, or the same as .csv where they are many")
     if not isinstance(content, list):
         raise InputError(f"{source} holds {shorten(content, 60)}; expected a list of jobs, each with photo and action")
     for number, given in enumerate(content, 1):
         _check_count(number, source)
         if not isinstance(given, dict):
             raise InputError(f"job {number} of {source} is {shorten(given, 60)}; expected names and values, such as photo: me.jpg")
-        yield {_plain(name): value for name, value in given.items() if value is not None}
+        yield dict(_flat(given))
 
 
 def _check_count(number: int, source: Path) -> None:
@@ -127,18 +127,28 @@ def _plain(name: object) -> str:
     return str(name or "").strip().lower().replace("-", "_")[:MAX_CELL]
 
 
-def _row(number: int, given: Mapping[str, object], base: Path, motion: MotionOptions, look: LookOptions) -> Row:
+def _flat(given: Mapping[object, object]) -> Iterator[tuple[str, object]]:
+    """Names and values; those of a stage's settings, which YAML may have as a mapping, as ``fit.height``."""
+    for name, value in given.items():
+        if isinstance(value, dict):
+            yield from ((f"{_plain(name)}.{_plain(own)}", one) for own, one in value.items() if one is not None)
+        elif value is not None:
+            yield _plain(name), value
+
+
+def _row(number: int, cells: Mapping[str, object], base: Path, given: VideoRequest) -> Row:
     try:
-        values = {name: _text(name, value) for name, value in given.items()}
-        for name in set(values) & {*_FILES, *_MAYBE_FILES}:
-            beside = base / values[name]
-            if name in _FILES or beside.is_file():
-                values[name] = str(beside)
-        own = {name: values[name] for name in ("name", "photo", "mask", "keypoints") if name in values}
-        row = Row(number=number, **own, motion=_changed(motion, values), look=_changed(look, values))
+        values = {name: _text(name, value) for name, value in cells.items()}
+        for name in set(values) & {*FILES, *_MAYBE_FILES}:
+            file, frame, which = values[name].partition("#") if name in _POSES else (values[name], "", "")
+            beside = base / file
+            if name in FILES or beside.exists():
+                values[name] = f"{beside}{frame}{which}"
+        called = values.pop("name", "")
+        row = Row(number=number, name=called, request=given.changed(**values))
     except (InputError, OSError, ValueError) as error:
-        return Row(number=number, name=shorten(given.get("name", ""), 60), motion=motion, look=look, problem=shorten(error, 300))
-    return row if row.photo else dataclasses.replace(row, problem="no photo given; name one in the column photo")
+        return Row(number=number, name=shorten(cells.get("name", ""), 60), request=given, problem=shorten(error, 300))
+    return row if row.request.person.photo else dataclasses.replace(row, problem="no photo given; name one in the column photo")
 
 
 def _text(name: str, value: object) -> str:
@@ -151,23 +161,3 @@ def _text(name: str, value: object) -> str:
     if len(text) > MAX_CELL or "\0" in text:
         raise InputError(f"{name} is {shorten(text, 60)}; expected at most {MAX_CELL} characters, none of them zero")
     return text
-
-
-def _changed(options: Any, values: Mapping[str, str]) -> Any:
-    """`options` with the `values` that are theirs."""
-    hints = typing.get_type_hints(type(options))
-    return dataclasses.replace(options, **{name: _value(name, text, hints[name]) for name, text in values.items() if name in hints})
-
-
-def _value(name: str, text: str, hint: Any) -> object:
-    kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    kind = next(kind for kind in kinds if kind is not type(None))
-    if kind is str:
-        return text
-    if kind is bool and text.lower() in _YES_NO:
-        return _YES_NO[text.lower()]
-    if kind is int and re.fullmatch(r"[+-]?\d{1,18}", text, re.ASCII):
-        return int(text)
-    if kind is float and re.fullmatch(r"[+-]?\d{1,18}(\.\d{0,18})?", text, re.ASCII):
-        return float(text)
-    raise InputError(f"{name} is '{shorten(text, 60)}'; expected {dict.fromkeys([int], 'a whole number').get(kind, 'yes or no' if kind is bool else 'a number')}")

@@ -17,10 +17,10 @@ from typing import Any
 
 from a2v.errors import A2VError, InputError
 from pipelines.batch.tasks import Kind, Result, Task, own_likeness, perform, recall
-from pipelines.executors import LocalExecutor, cpu_count, open_executor
+from pipelines.engine.executors import LocalExecutor, cpu_count, open_executor
+from pipelines.engine.progress import memory_of_family
+from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions
-from pipelines.progress import memory_of_family
-from pipelines.store import Store
 
 LOSSES = 6
 """A task whose worker died this often has failed, unless workers die as readily of whatever they do."""
@@ -193,7 +193,9 @@ class Schedule:
             result: Result = future.result()
         except (CancelledError, Exception) as error:
             if not isinstance(error, BrokenProcessPool) and type(error).__name__ not in ("KilledWorker", "WorkerCrashedError"):
-                raise _ClusterLostError(f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there") from error
+                raise _ClusterLostError(
+                    f"the cluster was lost ({type(error).__name__}: {error}); repeat the command when it is there"
+                ) from error
             del flying[future]
             self._losses.flew(task.key, time.monotonic() - self._begun[task.key], lost=True)
             if not self._losses.hopeless(task.key):

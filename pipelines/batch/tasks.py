@@ -27,11 +27,14 @@ from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, printable
 from a2v.sessions import WEIGHTS, file_digest
 from pipelines.batch.rows import Row
-from pipelines.graph import Graph, Parameters, inputs_of, needed_for, video_graph
-from pipelines.inputs import CharacterStages, LookOptions, photo_parameters
-from pipelines.memo import plain
-from pipelines.motion_options import MotionOptions
-from pipelines.store import File, Ref, Store, digest_of
+from pipelines.engine.graph import Graph, Parameters, inputs_of, needed_for
+from pipelines.engine.memo import plain, refs_within
+from pipelines.engine.store import File, Ref, Store, digest_of
+from pipelines.graph import video_graph
+from pipelines.inputs import put_file
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import MotionRequest, ResolvedMotion
+from pipelines.requests.person import PersonRequest
 
 Kind = Literal["person", "motion", "video"]
 TARGETS: Mapping[Kind, tuple[str, ...]] = {
@@ -122,13 +125,11 @@ class Job:
 class Planner:
     """Makes jobs of rows; what rows share is read and checked once."""
 
-    def __init__(self, store: Store, stages: CharacterStages) -> None:
+    def __init__(self, store: Store) -> None:
         self._store = store
-        self._stages = stages.parameters()
         self._person = functools.lru_cache(maxsize=None)(self._read_person)
-        self._motion = functools.lru_cache(maxsize=None)(MotionOptions.parameters)
-        self._explained = functools.lru_cache(maxsize=None)(MotionOptions.explained)
-        self._look = functools.lru_cache(maxsize=None)(self._read_look)
+        self._motion = functools.lru_cache(maxsize=None)(MotionRequest.resolve)
+        self._film = functools.lru_cache(maxsize=None)(self._read_film)
         self._files: dict[str, Ref[Any]] = {}
         self._digests: dict[int, _Digest] = {}
         self._first_of: dict[tuple[str, str], str] = {}
@@ -138,27 +139,30 @@ class Planner:
         if row.problem:
             return Job(row, folder_name(row, None), ())
         try:
-            parameters = self._person(row.photo, row.mask, row.keypoints) | self._moving(row.motion) | self._look(row.look)
+            asked = row.request
+            moving = self._moving(asked.motion)
+            parameters = self._person(asked.person) | moving.parameters | self._film(asked.film)
         except InputError as error:
             return Job(dataclasses.replace(row, problem=str(error)), folder_name(row, None), ())
-        recorded = row.motion.motion is not None
+        recorded = asked.motion.motion is not None
         digests = {name: self._digest(value) for name, value in parameters.items()}
         person, motion, video = (self._make(kind, parameters, digests, recorded) for kind in ("person", "motion", "video"))
         first = self._first_of.setdefault((person.key, motion.key), video.key)  # its poses and cameras serve the others
         after = (person.key, motion.key, *([first] if first != video.key else []))
-        notes = tuple(self._explained(dataclasses.replace(row.motion, seed=0)))
-        return Job(row, folder_name(row, digests), (person, motion, dataclasses.replace(video, after=after)), notes)
+        return Job(row, folder_name(row, digests), (person, motion, dataclasses.replace(video, after=after)), moving.understood)
 
-    def _read_person(self, photo: str, mask: str | None, keypoints: str | None) -> Parameters:
-        return photo_parameters(self._store, photo, mask=mask, keypoints=keypoints, **self._stages)
+    def _read_person(self, person: PersonRequest) -> Parameters:
+        return person.resolve(self._store)
 
-    def _moving(self, motion: MotionOptions) -> Parameters:
+    def _moving(self, motion: MotionRequest) -> ResolvedMotion:
         """A motion's parameters; the model is opened and the action looked up once for all seeds."""
         known = self._motion(dataclasses.replace(motion, seed=0))
-        return {**known, "seed": motion.seed} if "seed" in known else known
+        if "seed" not in known.parameters:
+            return known
+        return dataclasses.replace(known, parameters={**known.parameters, "seed": motion.seed})
 
-    def _read_look(self, look: LookOptions) -> Parameters:
-        return look.parameters(self._store)
+    def _read_film(self, film: FilmRequest) -> Parameters:
+        return film.resolve(self._store)
 
     def _digest(self, value: Any) -> _Digest:
         """Rows share most of their parameters, which are digested once."""
@@ -173,8 +177,6 @@ class Planner:
         return Task(kind, make_key(kind, {name: digests[name] for name in own}, recorded), own, recorded, files=files)
 
     def _stored(self, file: File) -> Ref[Any]:
-        from pipelines.inputs import put_file
-
         if file.digest not in self._files:
             ref = put_file(self._store, file.path)
             assert ref is not None
@@ -227,7 +229,8 @@ def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool) -> s
 
 def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
     """A plain name for a job's folder: words for people, and digits that only equal jobs share."""
-    words = [row.name] if row.name else [Path(row.photo).stem, row.motion.action or Path(row.motion.motion or "").stem]
+    asked = row.request
+    words = [row.name] if row.name else [Path(asked.person.photo).stem, asked.motion.action or Path(asked.motion.motion or "").stem]
     text = re.sub(r"[^A-Za-z0-9]+", "-", "-".join(words)).strip("-")[:60] or "job"
     if parameters is None:
         what = repr(plain(dataclasses.replace(row, number=0, problem="")))
@@ -264,7 +267,8 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
         values = {name: outcome.values[name] for name in TARGETS[task.kind]}
         if task.kind == "video":
             values["thumbnail"] = _thumbnail(np.ravel(values["clip"])[0], store)
-        store.remember(f"task_{task.kind}", task.key, tuple(values.values()), {"seconds": seconds, "notes": list(outcome.notes)})
+        facts = {"seconds": seconds, "notes": list(outcome.notes)}
+        store.remember(f"task_{task.kind}", task.key, tuple(values.values()), facts, given=refs_within(task.parameters))
         return Result(values=values, seconds=seconds, peak_memory=outcome.peak_memory, notes=outcome.notes)
     except A2VError as error:
         return Result(problem=printable(str(error)), seconds=time.perf_counter() - begun)
@@ -307,7 +311,7 @@ def own_likeness() -> Mapping[str, str]:
 
     steps = {step.node.name: step.node for recorded in (False, True) for step in video_graph(recorded=recorded)}
     found = {f"the code of {name}": node.code() for name, node in steps.items()}
-    found |= {f"the weights {path.name}": file_digest(path) for path in sorted(WEIGHTS.glob("*.onnx"))}
+    found |= {f"the weights {path.name}": file_digest(path) for path in sorted((*WEIGHTS.glob("*.onnx"), *WEIGHTS.glob("*.npz")))}
     return found | {f"the version of {name}": version for name, version in versions().items() if name not in ("commit", "a2v")}
 
 
@@ -316,7 +320,8 @@ def _here(file: File, task: Task, store: Store) -> File:
     from pipelines.nodes.values import Blob
 
     for path in (Path(file.path), WEIGHTS / Path(file.path).name):
-        if path.is_file() and File.of(path) == file:
+        # of a mix of models and clips the digest is that of all their files; `own_likeness` has compared the shipped ones
+        if path.is_file() and (path.parent == WEIGHTS or File.of(path) == file):
             return File(str(path), file.digest)
     if file.digest not in task.files:
         raise InputError(f"{file.path} has changed or is gone; start the batch again")

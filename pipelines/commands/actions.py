@@ -1,18 +1,22 @@
-"""``a2v actions``: what a motion model can do."""
+"""``a2v actions``: what can be asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from a2v.motion.prompts import Vocabulary
+from a2v.motion.catalog import LICENCES, NAMES, SOURCES, Catalog, catalog
+from a2v.motion.clips import SOURCE as CLIPS
+from a2v.motion.plan import AUTO
+from a2v.motion.vocabulary import Vocabulary
 from pipelines.answer import Answer
-from pipelines.motion_options import AUTO, FEW, MODEL, open_model
 from pipelines.options import option
+from pipelines.requests.motion import MODEL, open_model
 
-HELP = "List the actions of a motion model, one name a line."
+HELP = "List what can be asked for, by theme with source and licence; of one --model the names, one a line."
 EXAMPLES = """examples:
   a2v actions
+  a2v actions --licence free                     without what is for research only
   a2v actions --model humanact12
   a2v actions --find "sneaking thief"            what it would take that for, and what comes near"""
 
@@ -26,15 +30,32 @@ class Options:
     """What the command takes."""
 
     model: str = option(MODEL, default=AUTO)
+    licence: str = option("any, or free: without what is for research only", default=LICENCES[0], choices=LICENCES)
     find: str = option("words to look for", default="", metavar="TEXT")
 
 
 def run(options: Options) -> Answer:
     """The names, all of them or those nearest to some words."""
-    model = open_model(options.model)
-    found: Sequence[str] = model.actions
+    if options.model not in (AUTO, CLIPS):
+        card = open_model(options.model).card
+        found: Sequence[str] = _nearest(Vocabulary.of(card), options.find) if options.find else card.actions
+        return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
+    known = catalog(options.licence, SOURCES if options.model == AUTO else (CLIPS,))
     if options.find:
-        found = [name for name, score in Vocabulary.of(model.card).rank(options.find)[:SHOWN] if score > 0]
-    elif options.model == AUTO:
-        found = tuple(dict.fromkeys([*open_model(FEW).actions, *found]))
-    return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
+        found = _nearest(known.vocabulary, options.find)
+        return Answer(text="\n".join(found), facts={"model": options.model, "actions": list(found)})
+    told = {entry.name: {"theme": entry.theme, "source": entry.sources[0], "licence": entry.licence} for entry in known.entries}
+    return Answer(text=_listed(known), facts={"model": options.model, "actions": list(told), "known": told})
+
+
+def _nearest(vocabulary: Vocabulary, text: str) -> list[str]:
+    return [name for name, score in vocabulary.rank(text)[:SHOWN] if score > 0]
+
+
+def _listed(known: Catalog) -> str:
+    """A block a theme, a line an action."""
+    blocks = []
+    for theme, entries in known.themes().items():
+        width = max(len(entry.name) for entry in entries)
+        blocks.append("\n".join([theme.upper(), *(f"  {entry.name:{width}}  {NAMES[entry.sources[0]]} ({entry.licence})" for entry in entries)]))
+    return "\n\n".join(blocks)

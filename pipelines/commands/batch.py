@@ -10,16 +10,18 @@ from pathlib import Path
 
 from pipelines.answer import Answer
 from pipelines.batch.results import is_over, write_job, write_tables
-from pipelines.batch.rows import read_rows
+from pipelines.batch.rows import defaults, read_rows
 from pipelines.batch.schedule import Schedule, Watch
 from pipelines.batch.tasks import Job, Planner, Result, Task
 from pipelines.commands.cache import parse_size
+from pipelines.engine.progress import Lasting
+from pipelines.engine.store import Store
 from pipelines.graph import video_graph
-from pipelines.inputs import LookOptions, MovingStages, RunOptions, check_writable
-from pipelines.motion_options import MotionOptions
+from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, group, option
-from pipelines.progress import Lasting
-from pipelines.store import Store
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import MotionRequest
+from pipelines.requests.person import PersonStages
 
 HELP = "Make the videos of a table of jobs, each person and each motion once, on as many workers as there are."
 EXAMPLES = """examples:
@@ -47,21 +49,21 @@ class Options:
 
     jobs: str = option("CSV or YAML file of jobs", names=("jobs",), metavar="FILE")
     out: str = option("folder for the results")
-    motion: MotionOptions = group(MotionOptions)
-    look: LookOptions = group(LookOptions)
+    motion: MotionRequest = group(MotionRequest)
+    film: FilmRequest = group(FilmRequest)
     retry_failed: bool = flag("do again what has failed before")
     limit_memory: str | None = option("begin no job beyond this much memory of all processes, such as 8GB", default=None, metavar="SIZE")
-    stages: MovingStages = group(MovingStages)
+    stages: PersonStages = group(PersonStages)
     running: RunOptions = group(RunOptions)
 
 
 def run(options: Options) -> Answer:
     """Do the jobs that are left; the page first."""
     limit = parse_size(options.limit_memory) if options.limit_memory else None
-    rows = read_rows(options.jobs, options.motion, options.look)
+    rows = read_rows(options.jobs, defaults(options.stages, options.motion, options.film))
     out, store = check_writable(options.out), _store(options.running.cache)
     store.prepare()
-    planner = Planner(store, options.stages)
+    planner = Planner(store)
     jobs = {job.name: job for job in map(planner.job, rows)}
     left = {job.name: job for job in jobs.values() if not is_over(out, job, retry_failed=options.retry_failed)}
     with Lasting("videos", len(left), quiet=options.running.quiet) as shown:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from a2v.errors import InputError
+from a2v.io import read_bytes
 from pipelines.answer import Answer
+from pipelines.engine.forget import forget, ref_of
+from pipelines.engine.store import Store
+from pipelines.inputs import MAX_PHOTO_BYTES
 from pipelines.options import flag, option
-from pipelines.store import Store
 
 HELP = "Show or trim the store of remembered results."
 EXAMPLES = """examples:
   a2v cache                  where it is and what it holds
   a2v cache --trim 5GB       remove what was used longest ago
+  a2v cache --forget me.jpg  remove all that was computed from this photo
   a2v cache --clear          remove everything"""
 
 _UNITS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
@@ -25,6 +31,7 @@ class Options:
 
     cache: str | None = option("folder of the store (default: $A2V_CACHE, else ~/.cache/a2v)", default=None, metavar="FOLDER")
     trim: str | None = option("keep at most this much, such as 5GB", default=None, metavar="SIZE")
+    forget: str | None = option("remove all that was computed from this photo", default=None, metavar="PHOTO")
     clear: bool = flag("remove everything")
 
 
@@ -44,12 +51,21 @@ def parse_size(text: str) -> int:
 
 
 def run(options: Options) -> Answer:
-    """Trim if asked to, then show."""
-    store, lines, facts = Store(options.cache), [], {}
+    """Forget or trim if asked to, then show."""
+    from pipelines.nodes.values import Blob
+
+    store, lines, facts = Store(options.cache), list[str](), dict[str, Any]()
     if options.clear or options.trim is not None:
         removed = store.trim(0 if options.clear or options.trim is None else parse_size(options.trim), everything=options.clear)
         lines.append(f"removed {removed / 1e6:.1f} MB")
         facts["removed_bytes"] = removed
+    if options.forget is not None and not options.clear:
+        gone = forget(store, [ref_of(Blob.of(read_bytes(options.forget, limit=MAX_PHOTO_BYTES)))])
+        lines.append(f"forgot {options.forget}: {gone.calls} results, {gone.values} stored values, {gone.bytes / 1e6:.1f} MB")
+        if gone.unknown:
+            lines.append(f"  and {gone.unknown} results of an older version of a2v, which do not say which photo they are of")
+        lines.append("  not touched: the photo itself, and what was written to --out folders and pages")
+        facts["forgotten"] = dataclasses.asdict(gone)
     usage = store.usage()
     lines += [f"store: {store.folder}", *(f"  {name:<24} {count:>7} files {size / 1e6:>10.1f} MB" for name, (count, size) in usage.items())]
     kept = {name: {"files": count, "bytes": size} for name, (count, size) in usage.items()}

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from a2v.animation import DeformSettings
 from a2v.errors import InputError
-from a2v.formats.gltf import VrmMeta, write_morph_glb
+from a2v.formats.characters import Strengths
+from a2v.formats.gltf import VrmMeta, write_glb, write_morph_glb
 from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
-from a2v.kinematics.resample import SHOWN_FPS
 from a2v.rendering.page import PAGE_FORMATS
-from a2v.types import Character
+from a2v.types import Character, FloatArray
 from pipelines.answer import Answer
-from pipelines.graph import video_graph
-from pipelines.inputs import MovingStages, PhotoOptions, RunOptions, check_writable
-from pipelines.motion_options import AUTO, FPS, FRAMES, MODEL, SECONDS, EditOptions, motion_inputs
+from pipelines.engine.store import Store
+from pipelines.engines import EngineOptions
+from pipelines.inputs import RunOptions, check_writable
 from pipelines.nodes.values import Poses, Vertices
-from pipelines.options import flag, group, option
+from pipelines.options import flag, group, option, settings
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import CarryOptions, EditOptions, LengthOptions, MotionRequest
+from pipelines.requests.person import PersonRequest
+from pipelines.requests.video import VideoRequest
 from pipelines.rigs import RigOptions, check_avatar, write_avatar
-from pipelines.store import Store
 
 HELP = "Make one character file with several actions: glTF, USD, FBX, VRM, or a web page that shows it."
 EXAMPLES = """examples:
@@ -31,6 +37,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
+  a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
 Clips are named after their actions or files. GLB, USD and FBX are skinned, as all tools expect; --exact instead stores the video's own
@@ -47,69 +54,126 @@ FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
 class Options:
     """What the command takes."""
 
-    photo: PhotoOptions = group(PhotoOptions)
+    person: PersonRequest = group(PersonRequest)
     out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
     actions: str = option("of the model, with commas; each becomes a clip", default="")
     motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
-    model: str = option(MODEL, default=AUTO)
-    seconds: float | None = option(SECONDS, default=None)
-    frames: int | None = option(FRAMES, default=None)
-    fps: float = option(FPS, default=SHOWN_FPS)
+    lengths: LengthOptions = group(LengthOptions)
     edits: EditOptions = group(EditOptions)
-    seed: int = option("seed of the motions", default=0)
+    carrying: CarryOptions = group(CarryOptions)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
     rigging: RigOptions = group(RigOptions)
     author: str = option("of a .vrm: who made the avatar", default="")
     licence_url: str = option("of a .vrm: address of the licence that you grant", default="", metavar="URL")
-    stages: MovingStages = group(MovingStages)
+    deform: DeformSettings = settings(DeformSettings)
+    engines: EngineOptions = group(EngineOptions)
     running: RunOptions = group(RunOptions)
+
+    def motion(self, name: str, file: str | None) -> MotionRequest:
+        """The motion of a clip: an action of the model, or a file."""
+        shared: list[Any] = [self.lengths, self.edits, self.carrying]
+        values = {item.name: getattr(part, item.name) for part in shared for item in fields(part)}
+        return MotionRequest(**values, action=name, motion=file)
 
 
 def run(options: Options) -> Answer:
     """Make the character and its clips."""
     path = Path(options.out)
+    avatar = avatar_of(path, options.rigging, author=options.author, licence_url=options.licence_url)
     wanted = _wanted(options, path)
-    avatar = _avatar(options, path)
-    store = Store(options.running.cache)
-    photo = options.photo.parameters(store, options.stages)
-    parameters = [
-        motion_inputs(
-            action=name,
-            motion=file,
-            model=options.model,
-            seconds=options.seconds,
-            frames=options.frames,
-            seed=options.seed,
-            fps=options.fps,
-        )
-        for name, file in wanted.items()
-    ]
-    check_writable(path.parent)
-    clips, expressions, character, exact = {}, {}, None, None
-    written, notes = [path], list[str]()
-    targets = ["character", "poses", *(["posed"] if options.exact else [])]
-    for (name, file), moving in zip(wanted.items(), parameters, strict=True):
-        outcome = options.running.run(targets, moving | photo, graph=video_graph(recorded=file is not None))
-        character, poses = outcome.get("character", Character), outcome.get("poses", Poses)
+    options.engines.check(path)
+    motions = {name: options.motion(name, file) for name, file in wanted.items()}
+    animated = animate(options.person, motions, options.running, deform=options.deform if options.exact else None, folder=path.parent)
+    if options.exact:
+        name, written = next(iter(wanted)), [path]
+        write_morph_glb(path, animated.character.surface, animated.exact, animated.clips[name][1], clip=name)
+    else:
+        written = write_animated(path, animated, options.rigging, options.engines, avatar)
+    return Answer(files=written, notes=animated.notes, facts={"clips": list(animated.clips)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Animated:
+    """A character with its clips.
+
+    Attributes
+    ----------
+    clips : dict
+        Bone transforms (T, B, 4, 4) and frames a second, by name.
+    expressions : dict
+        Strengths (T,) of the face's expressions by name, by clip.
+    exact : array (T, V, 3)
+        Eq. 20's vertices of the last clip, where they were asked for; else empty.
+    notes : list of str
+    """
+
+    character: Character
+    clips: Mapping[str, tuple[FloatArray, float]] = field(default_factory=dict)
+    expressions: Strengths = field(default_factory=dict)
+    exact: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
+    notes: list[str] = field(default_factory=list)
+
+
+def animate(
+    person: PersonRequest, motions: Mapping[str, MotionRequest], running: RunOptions, *, deform: DeformSettings | None, folder: Path
+) -> Animated:
+    """The character of a person with clips by name, each as the video has it; with `deform` the exact vertices too.
+
+    Raises
+    ------
+    InputError
+        A request that cannot be met, or a `folder` that cannot be written, before anything long runs.
+    """
+    store = Store(running.cache)
+    film = FilmRequest() if deform is None else FilmRequest(deform=deform)
+    asked = {name: VideoRequest(person=person, motion=motion, film=film).resolve(store) for name, motion in motions.items()}
+    check_writable(folder)
+    clips, expressions, notes = dict[str, tuple[FloatArray, float]](), dict[str, Mapping[str, FloatArray]](), list[str]()
+    character, exact = None, np.zeros((0, 0, 3), np.float32)
+    for name, resolved in asked.items():
+        kept = "exported" if deform is None else "character"  # exact vertices are those of the whole character
+        outcome = running.run([kept, "poses", *(["posed"] if deform else [])], resolved.parameters, graph=resolved.graph)
+        character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
-        if options.exact:
+        if deform is not None:
             exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
         notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
-    if exact is not None:
-        name = next(iter(wanted))
-        write_morph_glb(path, character.surface, exact, clips[name][1], clip=name)
-    elif avatar is not None:
-        written = write_avatar(path, character, clips, avatar, expressions=expressions)
-    else:
-        write_character(path, *options.rigging.prepare(character, clips), FORMATS, expressions=expressions)
-    return Answer(files=written, notes=notes, facts={"clips": list(clips)})
+    return Animated(character=character, clips=clips, expressions=expressions, exact=exact, notes=notes)
+
+
+def write_animated(path: Path, animated: Animated, rigging: RigOptions, engines: EngineOptions, avatar: VrmMeta | None) -> list[Path]:
+    """Write a character with its clips, skinned, by the path's suffix; `avatar` is what a ``.vrm`` says about itself."""
+    if avatar is not None:
+        return write_avatar(path, animated.character, animated.clips, avatar, expressions=animated.expressions)
+    person, clips = rigging.prepare(animated.character, animated.clips)
+    if engines.plain:
+        write_character(path, person, clips, FORMATS, expressions=animated.expressions)
+        return [path]
+
+    def write(target: Path, made: Character, quality: int) -> None:
+        write_glb(target, made, clips, jpeg_quality=quality, expressions=animated.expressions)
+
+    return engines.write(path, person, write)
+
+
+def avatar_of(path: Path, rigging: RigOptions, *, author: str, licence_url: str) -> VrmMeta | None:
+    """What a ``.vrm`` says about itself; None for other files.
+
+    Raises
+    ------
+    InputError
+        No format is written under such a name, or a ``.vrm`` cannot have the rig.
+    """
+    if path.suffix.lower() != AVATAR:
+        writer_of(path, FORMATS)
+        return None
+    check_avatar(rigging)
+    return VrmMeta(name=path.stem, author=author, licence_url=licence_url)
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     """The clips to make, by name: None for an action of the model, else a motion file."""
-    if path.suffix.lower() != AVATAR:
-        writer_of(path, FORMATS)
     wanted: dict[str, str | None] = {}
     asked: list[tuple[str, str | None]] = [(name, None) for name in _listed(options.actions)]
     for name, file in [*asked, *((Path(file).stem, file) for file in _listed(options.motions))]:
@@ -123,14 +187,6 @@ def _wanted(options: Options, path: Path) -> dict[str, str | None]:
     if options.exact and not options.rigging.plain:
         raise InputError("--exact has no bones; leave --rig and --root-motion out")
     return wanted
-
-
-def _avatar(options: Options, path: Path) -> VrmMeta | None:
-    """What a .vrm says about itself; None for other files."""
-    if path.suffix.lower() != AVATAR:
-        return None
-    check_avatar(options.rigging)
-    return VrmMeta(name=path.stem, author=options.author, licence_url=options.licence_url)
 
 
 def _listed(text: str) -> list[str]:

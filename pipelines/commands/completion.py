@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from pipelines.answer import Answer
-from pipelines.cli import available
+from pipelines.cli import available, every_command, load_command
 from pipelines.options import actions_of, option
 
 HELP = "Print the script by which a shell completes a2v's commands, options and files."
@@ -46,7 +44,7 @@ def command_line() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="store_true", help="print the version")
     commands = parser.add_subparsers()
     for name, about in available().items():
-        command = importlib.import_module(f"pipelines.commands.{name}")
+        command = load_command(name)
         own = commands.add_parser(name, help=_plain(about), description=_plain(about))
         _fill(own, command)
         parts = _parts(name)
@@ -59,11 +57,7 @@ def command_line() -> argparse.ArgumentParser:
 
 def _parts(name: str) -> Mapping[str, ModuleType]:
     """The commands ``name part`` by part."""
-    folder = Path(__file__).parent
-    return {
-        path.stem.removeprefix(f"{name}_"): importlib.import_module(f"pipelines.commands.{path.stem}")
-        for path in sorted(folder.glob(f"{name}_*.py"))
-    }
+    return {own.removeprefix(f"{name} "): load_command(own) for own in every_command() if own.startswith(f"{name} ")}
 
 
 def _fill(parser: argparse.ArgumentParser, command: ModuleType) -> None:

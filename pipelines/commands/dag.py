@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipelines.answer import Answer
-from pipelines.drawing import draw
+from pipelines.engine.drawing import draw
 from pipelines.graph import video_graph
 from pipelines.options import option
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 
@@ -12,21 +13,21 @@ from a2v.animation import RIGS
 from a2v.errors import InputError
 from a2v.formats import read_motion
 from a2v.formats.registry import MOTION_FORMATS, suffixes_of, write_motion, writer_of
-from a2v.io import write_npz
+from a2v.io import brief, write_npz
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
-from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, retimed
+from a2v.motion.plan import MotionPlan
 from a2v.motion.prompts import Step
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.inputs import check_writable
-from pipelines.motion_options import EditOptions, PlanOptions, WayOptions, length_of, open_model, read_direction, read_steps
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
+from pipelines.requests.motion import EditOptions, PlanOptions, WayOptions, open_model, plan_length, read_direction, read_plan
 from pipelines.rigs import ROOT_MOTION, RigOptions, write_rigged_motion
 
 HELP = "Generate motions of an action (or of several actions in turn) and write them as .npz, .bvh or pictures of stick figures."
@@ -79,13 +80,14 @@ class Options:
     paging: PageOptions = group(PageOptions)
     native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
 
-    def frames_written(self, model: MotionModel) -> int:
+    def frames_written(self, plan: MotionPlan) -> int:
         """Frames of a clip that is written."""
-        return length_of(frames=self.plan.frames, seconds=self.plan.seconds, fps=self.rate(model), longest=model.card.frames / model.fps)
+        fps = self.plan.fps if plan.model is None else self.rate(plan.model)
+        return plan_length(plan, frames=self.plan.frames, seconds=self.plan.seconds, fps=fps)
 
     def length(self, model: MotionModel) -> int:
         """Frames of a clip at the model's own rate."""
-        return frames_needed(self.frames_written(model), model.fps * self.edits.speed, self.rate(model))
+        return frames_needed(self.frames_written(MotionPlan((), (), model)), model.fps * self.edits.speed, self.rate(model))
 
     def rate(self, model: MotionModel) -> float:
         """Frames a second of what is written."""
@@ -94,13 +96,17 @@ class Options:
 
 MAX_FRAMES = 1_500_000
 """Frames of all clips together: about a gigabyte."""
+MAX_CLIPS = 10_000
+"""However short they are: a flow makes a whole window for each."""
 
 
 def run(options: Options) -> Answer:
     """Generate."""
     if options.paging.page is not None:
         others = [item.name for item in fields(options) if item.default is not MISSING and getattr(options, item.name) != item.default]
-        return write_page(options.paging, options.plan, [*others, *_given(options.way), *([] if options.edits == EditOptions() else ["an edit"])])
+        return write_page(
+            options.paging, options.plan, [*others, *_given(options.way), *([] if options.edits == EditOptions() else ["an edit"])]
+        )
     if not options.out or options.paging.character is not None:
         raise InputError("name the file to write with --out, or a --page (--character is of a page)")
     path = Path(options.out)
@@ -108,16 +114,18 @@ def run(options: Options) -> Answer:
     rigged = _rigged(options, path)
     if options.native and path.suffix.lower() != ".npz":
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
-    plan = options.plan
-    model = open_model(plan.model, plan.action, timeline=plan.timeline, directed=options.way.given)
-    if options.count * options.length(model) > MAX_FRAMES:
-        raise InputError(f"{options.count} clips of {options.length(model)} frames; expected at most {MAX_FRAMES:,} frames in all")
+    if options.count > MAX_CLIPS:
+        raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
+    asked = _planned(options)
+    frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
+    if options.count * frames > MAX_FRAMES:
+        raise InputError(f"{options.count} clips of {frames} frames; expected at most {MAX_FRAMES:,} frames in all")
     if options.native:
-        content = native(model, options)
+        content = native(asked, options)
         check_writable(path.parent)
         write_npz(path, content)
         return Answer(files=[path])
-    made, edit = generate(model, options), options.edits.edit
+    made, edit = generate(asked, options), options.edits.edit
     check_writable(path.parent)
     if rigged is None:
         written = write_motion(path, edited(made, replace(edit, speed=1.0)), FORMATS)
@@ -138,7 +146,23 @@ def _rigged(options: Options, path: Path) -> RigOptions | None:
     return RigOptions(rig=options.rig, root_motion=options.root_motion)
 
 
-def generate(model: MotionModel, options: Options) -> Motion:
+def _planned(options: Options) -> MotionPlan:
+    """What is asked for; a pattern is for one model alone. Says on standard error what was understood."""
+    if any(sign in options.plan.action for sign in "*?"):
+        return MotionPlan((), (), open_model(options.plan.model))
+    plan = read_plan(options.plan, directed=options.way.given)
+    if plan.model is None:
+        alone = [name for name in ("start", "interpolate", "bones", "native") if getattr(options, name)] + _given(options.way)
+        alone += ["bone_scale"] if options.bone_scale != 1.0 else []
+        if alone:
+            what = ", ".join(step.action for step in plan.steps)
+            raise InputError(f"{alone[0]} is for what one model makes alone, and {what} are of {', '.join(plan.sources)}; leave it out")
+    for line in plan.lines():
+        print(line, file=sys.stderr)
+    return plan
+
+
+def generate(asked: MotionPlan, options: Options) -> Motion:
     """The clip or clips that the options ask for, in their tempo and at their rate, before they are edited.
 
     Raises
@@ -153,29 +177,32 @@ def generate(model: MotionModel, options: Options) -> Motion:
     changed = [name for name, default in (("bone_scale", 1.0), ("bones", None)) if getattr(options, name) != default]
     if alone and changed:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
-    plan, speed = options.plan, options.edits.speed
+    plan, speed, model = options.plan, options.edits.speed, asked.model
+    if model is None:
+        return asked.make(frames=options.frames_written(asked), fps=plan.fps, seed=plan.seed, count=options.count, edit=Edit(speed=speed))
     if options.way.given or options.way.pace is not None or not alone:
         if alone:
             raise InputError(f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out")
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
-        steps = understood(model, plan)
-        direction = read_direction(model, steps, options.way, fps=options.rate(model), count=options.count)
-        return make_motion(
-            model, steps, frames=options.frames_written(model), fps=options.rate(model), count=options.count, seed=plan.seed, lengths=lengths,
+        direction = read_direction(model, asked.steps, options.way, fps=options.rate(model), count=options.count)
+        return asked.make(
+            frames=options.frames_written(asked), fps=options.rate(model), count=options.count, seed=plan.seed, lengths=lengths,
             edit=Edit(speed=speed), direction=direction,
         )  # fmt: skip
-    made = retimed(_application(model, options, alone[0]), fps=options.rate(model), speed=speed)
-    return made.first(min(made.frames, options.frames_written(model)))
+    made = retimed(_application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed)
+    return made.first(min(made.frames, options.frames_written(asked)))
 
 
-def _application(model: MotionModel, options: Options, which: str) -> Motion:
+def _application(model: MotionModel, steps: Sequence[Step], options: Options, which: str) -> Motion:
     """The clips of --start, --interpolate or a pattern, at the model's own rate."""
     frames = options.length(model)
     if which == "a pattern":
-        found = [action for name in options.plan.action.split(",") for action in matching_actions(model, name.strip())]
+        found = [action for name in options.plan.action.split(",")[:MAX_CLIPS] for action in matching_actions(model, name.strip())]
+        if len(found) * frames > MAX_FRAMES or len(found) > MAX_CLIPS:
+            raise InputError(f"the patterns match {len(found)} times; expected at most {min(MAX_CLIPS, MAX_FRAMES // frames)} clips")
         return sample_each(model, found, frames=frames, seed=options.plan.seed)
-    names = [step.action for step in understood(model, options.plan)]
+    names = [step.action for step in steps]
     if which == "start":
         assert options.start is not None
         start = first_frames(options.start, options.start_frames)
@@ -184,14 +211,6 @@ def _application(model: MotionModel, options: Options, which: str) -> Motion:
         raise InputError("interpolate goes between two motions of one action; give one --action")
     last = options.plan.seed + 1 if options.to_seed is None else options.to_seed
     return interpolate(model, names[0], seeds=(options.plan.seed, last), rows=options.interpolate, frames=frames)
-
-
-def understood(model: MotionModel, plan: PlanOptions) -> list[Step]:
-    """The steps of a prompt or a timeline; says on standard error what was taken for what, where that is not the action's own name."""
-    steps, lines = read_steps(model, plan.action, plan.timeline)
-    for line in lines:
-        print(line, file=sys.stderr)
-    return steps
 
 
 def _given(way: WayOptions) -> list[str]:
@@ -245,9 +264,11 @@ def first_frames(path: str, frames: int | None) -> Motion:
     return motion.first(frames)
 
 
-def native(model: MotionModel, options: Options) -> dict[str, object]:
+def native(asked: MotionPlan, options: Options) -> dict[str, object]:
     """What --native writes: ``joints`` (..., T, J, 3) in native frame and unit, ``labels`` (..., T) and what they mean."""
-    names = [model.actions[model.label(name.strip())] for name in options.plan.action.split(",")] if "*" not in options.plan.action else []
+    model = asked.model
+    assert model is not None
+    names = [model.actions[model.label(step.action)] for step in asked.steps]
     frames = options.length(model)
     plain = len(names) == 1 and not options.start and not options.interpolate
     if plain:
@@ -258,7 +279,7 @@ def native(model: MotionModel, options: Options) -> dict[str, object]:
         labels = np.broadcast_to(model.frame_labels(names, frames), joints.shape[:-2])
         action = names[0]
     else:
-        made = generate(model, options)
+        made = generate(asked, options)
         joints, action = model.to_native(made.joints), made.action
         clips = [model.frame_labels(part.split(","), made.frames) for part in action.split("|")]
         labels = np.broadcast_to(np.stack(clips) if len(clips) > 1 else clips[0], joints.shape[:-2])

@@ -6,16 +6,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import InputError
+from a2v.formats.gltf import write_glb
+from a2v.types import Character
 from pipelines.answer import Answer
-from pipelines.inputs import CharacterStages, PhotoOptions, RunOptions, check_writable
+from pipelines.engine.store import Store
+from pipelines.engines import EngineOptions
+from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import group, option
 from pipelines.outputs import write_blob
-from pipelines.store import Store
+from pipelines.requests.person import PersonRequest
 
 HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing as in the photo."
 EXAMPLES = """examples:
   a2v reconstruct --photo me.jpg --out me.glb
   a2v reconstruct --photo me.png --mask mask.png --keypoints openpose.json --out me.glb
+  a2v reconstruct --photo me.jpg --triangles 20000 --lods 8000 --compress meshopt --out me.glb      for a game; 0: all triangles
 
 The file is in metres, y up; the camera is on +z looking down -z, so the photo is the orthographic front view of the mesh."""
 
@@ -24,10 +29,10 @@ The file is in metres, y up; the camera is on +z looking down -z, so the photo i
 class Options:
     """What the command takes."""
 
-    photo: PhotoOptions = group(PhotoOptions)
+    person: PersonRequest = group(PersonRequest)
     out: str = option("the .glb to write")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
-    stages: CharacterStages = group(CharacterStages)
+    engines: EngineOptions = group(EngineOptions)
     running: RunOptions = group(RunOptions)
 
 
@@ -36,9 +41,18 @@ def run(options: Options) -> Answer:
     path = Path(options.out)
     if path.suffix.lower() != ".glb":
         raise InputError(f"cannot write {path}; expected a name that ends in .glb")
+    options.engines.check(path)
     check_writable(path.parent)
-    parameters = options.photo.parameters(Store(options.running.cache), options.stages)
-    outcome = options.running.run("still", parameters, start=options.start)
-    write_blob(outcome, outcome.values["still"], path)
+    parameters = options.person.resolve(Store(options.running.cache))
+    outcome = options.running.run("still" if options.engines.plain else "exported", parameters, start=options.start)
+    written = [path]
+    if options.engines.plain:
+        write_blob(outcome, outcome.values["still"], path)
+    else:
+        written = options.engines.write(path, outcome.get("exported", Character), _write)
     options.running.tell_times(outcome)
-    return Answer(files=[path], notes=outcome.notes)
+    return Answer(files=written, notes=outcome.notes)
+
+
+def _write(path: Path, character: Character, quality: int) -> None:
+    write_glb(path, character, {}, jpeg_quality=quality)

@@ -16,10 +16,10 @@ from pathlib import Path
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
 from pipelines.answer import Answer
-from pipelines.inputs import LookOptions, PhotoOptions, RunOptions, check_writable
-from pipelines.motion_options import MotionOptions
+from pipelines.engine.store import Store
+from pipelines.inputs import RunOptions, check_writable
 from pipelines.options import flag, option
-from pipelines.store import Store
+from pipelines.requests.video import VideoRequest
 
 HELP = "Open a web page on this machine: drop a photo, say what to do, watch it being made, turn the character, download the files."
 EXAMPLES = """examples:
@@ -60,6 +60,7 @@ def run(options: Options) -> Answer:
         from pipelines.serve.app import make_app
         from pipelines.serve.desk import Desk
         from pipelines.serve.records import Library
+        from pipelines.serve.wire import MAX_CONNECTIONS, protocol
 
         token = _token(folder)
         address = f"http://{LOCAL}:{listener.getsockname()[1]}/{token}/"
@@ -71,8 +72,8 @@ def run(options: Options) -> Answer:
 
         app = make_app(Desk(Library(folder), COMPUTE, cache=options.cache, workers=options.workers), token, ready)
         config = uvicorn.Config(
-            app, loop="asyncio", http="h11", ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
-            proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=200,
+            app, loop="asyncio", http=protocol(token), ws="none", lifespan="on", log_level="error", access_log=False, server_header=False,
+            proxy_headers=False, timeout_graceful_shutdown=2, limit_concurrency=MAX_CONNECTIONS,
         )  # fmt: skip
         with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):  # the second: interrupted before the loop had begun
             uvicorn.Server(config).run(sockets=[listener])
@@ -84,8 +85,8 @@ def compute() -> None:
     from pipelines.commands import video
     from pipelines.serve.worker import main
 
-    def make(photo: PhotoOptions, out: str, motion: MotionOptions, look: LookOptions, running: RunOptions) -> Answer:
-        return video.run(video.Options(photo=photo, out=out, motion=motion, look=look, running=running))
+    def make(request: VideoRequest, out: str, running: RunOptions) -> Answer:
+        return video.run(video.Options(person=request.person, out=out, motion=request.motion, film=request.film, running=running))
 
     main(make)
 
@@ -111,7 +112,7 @@ def _only_one(folder: Path) -> Iterator[None]:
     """Hold the folder: two servers would do every job twice."""
     import fcntl
 
-    with open(folder / "lock", "a") as stream:
+    with open(folder / "lock", "a", encoding="utf-8") as stream:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -143,7 +144,7 @@ def _token(folder: Path) -> str:
             return known
     token = secrets.token_hex(20)
     with atomic_path(path) as temporary:
-        temporary.write_text(token)
+        temporary.write_text(token, encoding="utf-8")
     return token
 
 
@@ -152,6 +153,7 @@ def _open(folder: Path, address: str) -> None:
     path = folder / "open.html"
     with atomic_path(path) as temporary:
         temporary.write_text(
-            f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(address)}"><a href="{escape(address)}">a2v</a>'
+            f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(address)}"><a href="{escape(address)}">a2v</a>',
+            encoding="utf-8",
         )
     webbrowser.open(path.as_uri())

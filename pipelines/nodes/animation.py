@@ -10,17 +10,20 @@ import numpy as np
 from a2v.animation import BindSettings, BlinkSettings, DeformSettings, RetargetSettings
 from a2v.motion.edit import Edit
 from a2v.types import Body, Character, FloatArray, Motion, Surface
-from pipelines.memo import memo
+from pipelines.engine.memo import memo
+from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.values import Pose, Poses, Vertices, load_character
-from pipelines.store import Ref, current, get, put
 
 
 @memo()
 def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
-    """Bind the surface to the body's bones (Eq. 19)."""
+    """Bind the surface to the body's bones (Eq. 19); one that stands at rest is bound already."""
     from a2v import animation
 
-    return put(animation.bind(get(colored, Surface), get(body, Body), settings=bind))
+    surface, fitted = get(colored, Surface), get(body, Body)
+    return put(
+        animation.standing_character(surface, fitted) if surface.standing is not None else animation.bind(surface, fitted, settings=bind)
+    )
 
 
 @memo()

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from a2v.body import FitSettings
 from a2v.reconstruction import HandSettings
-from a2v.types import Body, OrthographicCamera, Reconstruction, Subject
-from pipelines.memo import measure, memo, note, progress
-from pipelines.store import Ref, get, put
+from a2v.types import Body, PhotoCamera, Reconstruction, Subject
+from pipelines.engine.memo import measure, memo, note, progress
+from pipelines.engine.store import File, Ref, get, put
 
 
 @memo()
-def photo_body(subject: Ref[Subject], fit: FitSettings) -> tuple[Ref[Body], Ref[OrthographicCamera]]:
+def photo_body(subject: Ref[Subject], fit: FitSettings, body_model: File | None) -> tuple[Ref[Body], Ref[PhotoCamera]]:
     """Fit the body model's shape and pose to landmarks and silhouette."""
     from a2v.body import doubts, fit_body
 
-    result = fit_body(get(subject, Subject), settings=fit, progress=progress())
+    result = fit_body(get(subject, Subject), settings=_with_model(fit, body_model), progress=progress())
     measure(result.residuals)
     for text in doubts(result.residuals):
         note(text)
@@ -26,8 +28,9 @@ def body(
     subject: Ref[Subject],
     surface: Ref[Reconstruction],
     photo_body: Ref[Body],
-    photo_camera: Ref[OrthographicCamera],
+    photo_camera: Ref[PhotoCamera],
     fit: FitSettings,
+    body_model: File | None,
     hands: HandSettings,
 ) -> Ref[Body]:
     """Fit the body to the reconstructed surface (Eq. 15-18), from where the photo alone has put it, and bend its fingers.
@@ -36,10 +39,22 @@ def body(
     """
     from a2v.body import FitResult, bend_fingers, fit_body
 
-    person, first, camera = get(surface, Reconstruction), get(photo_body, Body), get(photo_camera, OrthographicCamera)
+    person, first, camera = get(surface, Reconstruction), get(photo_body, Body), get(photo_camera, PhotoCamera)
     if person.from_body:
         return photo_body
     start = FitResult(first, camera)
-    result = fit_body(get(subject, Subject), settings=fit, surface=person.surface, camera=camera, initial=start, progress=progress())
+    result = fit_body(
+        get(subject, Subject),
+        settings=_with_model(fit, body_model),
+        surface=person.surface,
+        camera=camera,
+        initial=start,
+        progress=progress(),
+    )
     measure(result.residuals)
     return put(bend_fingers(result.body, get(subject, Subject), camera) if hands.bend else result.body)
+
+
+def _with_model(fit: FitSettings, body_model: File | None) -> FitSettings:
+    """The settings with the body model of the user's own file, which counts by its content."""
+    return fit if body_model is None else dataclasses.replace(fit, model=body_model.path)

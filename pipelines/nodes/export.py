@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tempfile
 from pathlib import Path
 
+from a2v.animation import EngineSettings
 from a2v.types import Body, Character
-from pipelines.memo import memo
+from pipelines.engine.memo import memo
+from pipelines.engine.store import Ref, get, put
 from pipelines.nodes.values import Blob, Poses
-from pipelines.store import Ref, get, put
 
 
 @memo()
-def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
+def exported(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
+    """The character as files have it: few triangles with a normal map, each made of a named material."""
+    from a2v.animation.engine import engine_ready
+    from a2v.body.parts import on_parts
+    from a2v.rendering.matter import materials_of
+
+    person = engine_ready(get(character, Character), engine)
+    if not engine.one_material:
+        head, hands = on_parts(person.parts, "head"), on_parts(person.parts, "left_hand", "right_hand")
+        materials = materials_of(person.surface, head, hands)
+        person = dataclasses.replace(person, surface=dataclasses.replace(person.surface, materials=materials))
+    return put(person)
+
+
+@memo()
+def glb(exported: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     """One binary glTF: textured, skinned, animated."""
     from a2v.formats.gltf import write_glb
 
@@ -20,18 +37,18 @@ def glb(character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     clip = moves.action or "motion"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(character, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
+        write_glb(path, get(exported, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
         return put(Blob.of(path.read_bytes()))
 
 
 @memo()
-def still(character: Ref[Character]) -> Ref[Blob]:
+def still(exported: Ref[Character]) -> Ref[Blob]:
     """One binary glTF in the photo's pose: textured and skinned."""
     from a2v.formats.gltf import write_glb
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(character, Character), {})
+        write_glb(path, get(exported, Character), {})
         return put(Blob.of(path.read_bytes()))
 
 

@@ -8,20 +8,24 @@ from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
 from a2v.motion.wishes import Direction
 from a2v.types import Motion
-from pipelines.memo import memo
-from pipelines.store import File, Ref, put
+from pipelines.engine.memo import memo
+from pipelines.engine.store import File, Ref, put
 
 
 @memo()
 def motion(
     model: File, steps: tuple[Step, ...], frames: int, seed: int, fps: float, edit: Edit, direction: Direction | None
 ) -> Ref[Motion]:
-    """Sample a motion model, one action after the other, or along a path; steps without a length share `frames`. It travels still."""
-    from a2v.motion import MotionModel
-    from a2v.motion.direct import make_motion
+    """One action after the other by a motion model, or along a path; steps with sources by those, and `model` stands for all their files.
 
+    Steps without a length share `frames`. It travels still.
+    """
+    from a2v.motion import MotionModel
+    from a2v.motion.plan import make_steps
+
+    opened = None if any(step.source for step in steps) else MotionModel.load(model.path)
     travelling = dataclasses.replace(edit, in_place=False)
-    return put(make_motion(MotionModel.load(model.path), steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction))
+    return put(make_steps(opened, steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction))
 
 
 @memo()

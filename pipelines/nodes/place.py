@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from a2v.rendering.place import Place
-from a2v.types import Character, OrthographicCamera, RenderSettings, Subject, Surface
-from pipelines.memo import measure, memo
+from a2v.types import Body, Character, PhotoCamera, RenderSettings, Subject, Surface
+from pipelines.engine.memo import measure, memo
+from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
-from pipelines.store import Ref, current, get, put
 
 _TRIAL = 256
 """Pixels a side of the picture by which the lights are set; twice as many where their light on the person is read."""
@@ -23,7 +23,8 @@ _TRIAL = 256
 def place(
     photo: Ref[Blob],
     subject: Ref[Subject],
-    photo_camera: Ref[OrthographicCamera],
+    photo_camera: Ref[PhotoCamera],
+    body: Ref[Body],
     character: Ref[Character],
     shown: Ref[Surface],
     look: Ref[RenderSettings],
@@ -33,38 +34,37 @@ def place(
     from a2v.body.parts import PARTS
     from a2v.perception import decode_photo
     from a2v.perception.paint_out import in_photo, paint_out
-    from a2v.perception.photo import focal_length
     from a2v.rendering.place import estimate_light, exposed, light_on, square
-    from a2v.rendering.viewpoint import find_viewpoint, perspective_camera, soles_slope, told_distance
+    from a2v.rendering.viewpoint import find_viewpoint, perspective_camera, soles_slope
 
-    person, found, flat = load_character(current().address, character), get(subject, Subject), get(photo_camera, OrthographicCamera)
+    person, found, camera = load_character(current().address, character), get(subject, Subject), get(photo_camera, PhotoCamera)
     data = bytes(get(photo, Blob))
     picture, frame = square(paint_out(decode_photo(data)[..., :3], in_photo(found.mask, found.crop, found.photo_size)))
-    focal = focal_length(data)
     feet = [person.parts == PARTS.index(name) for name in ("left_foot", "right_foot")]
-    viewpoint = find_viewpoint(soles_slope(person.surface, feet), told=None if focal is None else told_distance(focal, found, flat))
+    surface = get(shown, Surface)  # in the photo's pose, in which a canonical character does not stand
+    flat = camera.flatten(surface.vertices)
+    seen = dataclasses.replace(surface, vertices=flat)
+    viewpoint = find_viewpoint(soles_slope(seen, feet), told=camera.distance or None)
     measure({"slope": viewpoint.slope, "distance": viewpoint.distance, "height": viewpoint.height})
-    offset = photo_to_world(person.body)
-    camera, moved = perspective_camera(found, flat, person.surface.vertices, offset, viewpoint)
-    surface, vertices = get(shown, Surface), person.surface.vertices + offset.astype(np.float32) + moved
+    offset = photo_to_world(get(body, Body))
+    taken_by, moved = perspective_camera(found, camera.flat, flat, offset, viewpoint)
+    moved += flat - surface.vertices
+    vertices = surface.vertices + offset.astype(np.float32) + moved
     trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, aspect="1:1")
     scene = estimate_light(surface)
-    scene = exposed(scene, 1 / light_on(surface, vertices, camera, scene, trial).mean(axis=0))
-    light = light_on(surface, vertices, camera, scene, dataclasses.replace(trial, size=2 * _TRIAL))
-    return put(Place(picture=picture, camera=camera, moved=moved, scene=scene, frame=frame, light=light))
+    scene = exposed(scene, 1 / light_on(surface, vertices, taken_by, scene, trial).mean(axis=0))
+    light = light_on(surface, vertices, taken_by, scene, dataclasses.replace(trial, size=2 * _TRIAL))
+    return put(Place(picture=picture, camera=taken_by, moved=moved, scene=scene, frame=frame, light=light))
 
 
 @memo()
-def placed(
-    character: Ref[Character], shown: Ref[Surface], posed: Ref[Vertices], place: Ref[Place], look: Ref[RenderSettings]
-) -> Ref[Image]:
+def placed(body: Ref[Body], shown: Ref[Surface], posed: Ref[Vertices], place: Ref[Place], look: Ref[RenderSettings]) -> Ref[Image]:
     """Render one frame in the photo's place."""
     from a2v.animation.entrance import photo_to_world
     from a2v.rendering.viewpoint import as_seen
 
     renderer, where = _renderer(current().address, shown, place, look), get(place, Place)
-    person = load_character(current().address, character)
-    start = person.surface.vertices + photo_to_world(person.body).astype(np.float32)
+    start = get(shown, Surface).vertices + photo_to_world(get(body, Body)).astype(np.float32)
     return put(Image.of(renderer.render(as_seen(get(posed, Vertices).vertices, start, where.moved), where.camera)))
 
 
@@ -73,7 +73,7 @@ def _renderer(address: str, shown: Ref[Surface], place: Ref[Place], look: Ref[Re
     """The scene, kept for the frames that follow in the same process."""
     from a2v.rendering import Renderer
     from a2v.rendering.place import without_light
-    from pipelines.store import Store
+    from pipelines.engine.store import Store
 
     store = Store(address)
     settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image", aspect="1:1")

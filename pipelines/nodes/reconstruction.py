@@ -6,59 +6,82 @@ import dataclasses
 
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
-from a2v.types import Body, OrthographicCamera, Reconstruction, Subject, Surface
-from pipelines.memo import memo, progress
-from pipelines.store import Ref, get, put
+from a2v.reconstruction.canonical import CharacterSettings
+from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
+from pipelines.engine.memo import memo, note, progress
+from pipelines.engine.store import Ref, get, put
 
 
 @memo()
 def surface(
-    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[OrthographicCamera], shape: BackendSettings
+    subject: Ref[Subject], photo_body: Ref[Body], photo_camera: Ref[PhotoCamera], shape: BackendSettings
 ) -> Ref[Reconstruction]:
     """Reconstruct the person with clothes and hair; whose settings are given says by which backend."""
     from a2v.reconstruction.backends import reconstruct
 
-    camera = get(photo_camera, OrthographicCamera)
+    camera = get(photo_camera, PhotoCamera)
     return put(reconstruct(get(subject, Subject), get(photo_body, Body), camera, shape, progress=progress()))
 
 
 @memo()
-def handed(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings) -> Ref[Reconstruction]:
-    """Sew in the body's own hands, whose fingers move."""
+def handed(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings) -> Ref[Reconstruction]:
+    """Sew in the body's own hands, whose fingers move; a canonical character has them already."""
     from a2v.reconstruction import add_hands
+    from a2v.reconstruction.canonical import is_canonical
+
+    if is_canonical(get(body, Body), figure):
+        return surface
 
     return put(add_hands(get(surface, Reconstruction), get(body, Body), settings=hands))
 
 
 @memo()
 def faced(
-    handed: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], face: FaceSettings
+    handed: Ref[Reconstruction],
+    subject: Ref[Subject],
+    body: Ref[Body],
+    photo_camera: Ref[PhotoCamera],
+    hands: HandSettings,
+    face: FaceSettings,
+    figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
-    """Lay the body's own face, which has expressions, where the photo shows one."""
+    """Lay the body's own face, which has expressions, where the photo shows one; or build the canonical character, of which it is a part."""
+    from a2v.reconstruction import add_hands
+    from a2v.reconstruction.canonical import HANGS, SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
     from a2v.reconstruction.face import add_face
 
-    person, camera = get(handed, Reconstruction), get(photo_camera, OrthographicCamera)
-    return put(add_face(person, get(subject, Subject), get(body, Body), camera, settings=face))
+    person, camera, fitted = get(handed, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
+    canonical = is_canonical(fitted, figure)
+    if canonical and hangs_between_legs(person.surface, fitted):
+        canonical = False
+        note(HANGS)
+        person = add_hands(person, fitted, settings=hands)
+    if not canonical:
+        return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
+    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face)
+    if made.surface.provenance.get("small_face"):
+        note(SMALL_FACE)
+    return put(made)
 
 
 @memo()
 def colored(
-    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
     from a2v.reconstruction.backends import color_by_photo
 
-    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
+    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))
 
 
 @memo()
 def shown(
-    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[OrthographicCamera], color: ColorSettings
+    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """As `colored`, but with the photo's shading left in: what looks as in the photo without any light."""
     from a2v.reconstruction.backends import color_by_photo
 
-    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, OrthographicCamera)
+    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
     lit = dataclasses.replace(color, delight=False)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=lit, progress=progress()))

@@ -15,9 +15,9 @@ import numpy as np
 from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.rendering.scene import SceneSettings
 from a2v.types import VIEWS, Character, RenderSettings
-from pipelines.memo import memo, note
+from pipelines.engine.memo import memo, note
+from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
-from pipelines.store import Ref, current, get, put
 
 
 @memo(remember=False)
@@ -69,7 +69,7 @@ def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings]
     from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
-    from pipelines.store import Store
+    from pipelines.engine.store import Store
 
     settings = threaded(Store(address).get(look, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]

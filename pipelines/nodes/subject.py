@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from a2v.errors import InputError
 from a2v.perception import PerceptionSettings
 from a2v.types import Subject
-from pipelines.memo import memo, note
+from pipelines.engine.memo import memo, note
+from pipelines.engine.store import Ref, get, put
 from pipelines.nodes.values import Blob
-from pipelines.store import Ref, get, put
 
 
 @memo()
 def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
     """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
+    from a2v.perception.photo import focal_length
 
     name = photo.source or "the photo"
-    pixels = decode_photo(bytes(get(photo, Blob)), name)
+    data = bytes(get(photo, Blob))
+    pixels = decode_photo(data, name)
     given_mask = None if mask is None else decode_mask(bytes(get(mask, Blob)), mask.source or "the mask")
     given_keypoints = (
         None
@@ -31,4 +35,4 @@ def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | Non
         raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:
         note(warning)
-    return put(found)
+    return put(dataclasses.replace(found, focal_length=focal_length(data)))

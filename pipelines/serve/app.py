@@ -4,36 +4,40 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
+import functools
+import json
+import shutil
 import stat
-import tempfile
-import unicodedata
-import zipfile
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.background import BackgroundTask
 from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from a2v.errors import A2VError, InputError
-from a2v.io import parse_json, printable
-from a2v.perception.photo import decode_photo
+from a2v.io import printable
+from a2v.sessions import WEIGHTS
+from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
+from pipelines.serve.edge import MAX_UPLOAD, read_json, save_photo, title
 from pipelines.serve.guard import Guard
 from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
+from pipelines.serve.stages import STAGES
+from pipelines.serve.talk import ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
 from pipelines.serve.worker import TURN
 
-MAX_UPLOAD = 40 << 20
-MAX_WORDS = 1 << 16
-"""Bytes of a photo, and of any other request."""
+MAX_ARRIVING = 32
+"""Photos that may be on their way at once."""
+SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
-    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png",
+    ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".png": "image/png", ".webp": "image/webp",
     ".mp4": "video/mp4", ".glb": "model/gltf-binary", ".json": "application/json",
 }  # fmt: skip
 _ALONE = {
@@ -59,13 +63,23 @@ def make_app(desk: Desk, token: str, ready: Callable[[], None]) -> Guard:
     return Guard(Starlette(routes=Handlers(desk).routes(), lifespan=life, exception_handlers=handlers), token)
 
 
+class Told(Response):
+    """JSON in ASCII: there is no text that it cannot write."""
+
+    media_type = "application/json"
+
+    def render(self, content: Any) -> bytes:
+        """The bytes of a value."""
+        return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
+
+
 async def _told(request: Request, error: Exception) -> Response:
-    return JSONResponse({"problem": printable(str(error))}, status_code=400)
+    return Told({"problem": printable(str(error))}, status_code=400)
 
 
 async def _status(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"problem": error.detail}, status_code=error.status_code)
+    return Told({"problem": error.detail}, status_code=error.status_code)
 
 
 class Handlers:
@@ -73,7 +87,8 @@ class Handlers:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._decoding = asyncio.Lock()  # one photo's pixels in the memory at a time
+        self._arriving = 0
+        self._background: set[asyncio.Task[None]] = set()
 
     @property
     def _library(self) -> Library:
@@ -89,7 +104,10 @@ class Handlers:
             Route("/api/state", self.state, methods=get),
             Route("/api/words", self.words, methods=post),
             Route("/api/photos", self.take_photo, methods=post),
+            Route("/api/sample", self.take_sample, methods=post),
             Route("/api/photos/{id}", self.remove_photo, methods=delete),
+            Route("/api/photos/{id}/again", self.look_again, methods=post),
+            Route("/api/damaged", self.remove_damaged, methods=delete),
             Route("/api/jobs", self.take_job, methods=post),
             Route("/api/jobs/{id}", self.remove_job, methods=delete),
             Route("/api/jobs/{id}/cancel", self.cancel, methods=post),
@@ -112,7 +130,7 @@ class Handlers:
 
     async def choices(self, request: Request) -> Response:
         """What may be chosen."""
-        return JSONResponse(await asyncio.to_thread(choices) | {"upload": MAX_UPLOAD})
+        return Told(await asyncio.to_thread(choices) | {"upload": MAX_UPLOAD})
 
     async def state(self, request: Request) -> Response:
         """Photos and jobs as they are."""
@@ -122,11 +140,11 @@ class Handlers:
         for job in self._library.jobs.values():
             place = waiting.index(job.id) + 1 if job.id in waiting else 0
             jobs.append(_public(job) | {"progress": self._desk.progress.get(job.id), "place": place})
-        return JSONResponse({"photos": photos, "jobs": jobs})
+        return Told({"photos": photos, "jobs": jobs, "damaged": len(self._library.damaged), "problem": printable(self._library.problem)})
 
     async def words(self, request: Request) -> Response:
         """What a prompt is taken for."""
-        said = await _json(request)
+        said = await read_json(request)
         model, text = said.get("model"), said.get("text")
         if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
             raise InputError("expected a model's name and some words")
@@ -135,27 +153,58 @@ class Handlers:
             {"text": match.text, "action": step.action, "seconds": step.seconds, "near": match.others[:3]}
             for step, match in zip(steps, matches, strict=True)
         ]
-        return JSONResponse({"parts": parts})
+        return Told({"parts": parts})
 
     async def take_photo(self, request: Request) -> Response:
-        """A photo comes in: its size before it is read, its pixels before they are decoded."""
-        data = await _body(request, MAX_UPLOAD)
-        title = _title(request.query_params.get("name", ""))
-        async with self._decoding:
-            await asyncio.to_thread(decode_photo, data, "this file")
-        photo = self._library.add_photo(data, title)
-        self._desk.wake()
-        await self._desk.warm()
-        return JSONResponse(_public(photo), status_code=201)
+        """A photo comes in: its size before and while it is read, its pixels in a process of their own."""
+        return await self._arrive(functools.partial(save_photo, request), title(request.query_params.get("name", "")))
+
+    async def take_sample(self, request: Request) -> Response:
+        """The sample person comes in as if somebody had sent the photo."""
+
+        async def copy(path: Path) -> None:
+            try:
+                await asyncio.to_thread(shutil.copyfile, SAMPLE, path)
+            except OSError as error:
+                raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and try again") from error
+
+        return await self._arrive(copy, "sample person")
+
+    async def _arrive(self, save: Callable[[Path], Awaitable[None]], name: str) -> Response:
+        if self._arriving >= MAX_ARRIVING:
+            raise HTTPException(503, "many photos are arriving at the moment; try again in a minute")
+        self._arriving += 1
+        folder = None
+        try:
+            folder = self._library.arriving()
+            await save(folder / ORIGINAL)
+            photo = await self._desk.open_photo(folder, name)
+        finally:
+            self._arriving -= 1
+            if folder is not None:
+                shutil.rmtree(folder, ignore_errors=True)  # it is elsewhere by now, or refused
+        warming = asyncio.create_task(self._desk.warm())
+        self._background.add(warming)
+        warming.add_done_callback(self._background.discard)
+        return Told(_public(photo), status_code=201)
 
     async def remove_photo(self, request: Request) -> Response:
-        """A photo goes, its videos with it."""
-        await self._desk.remove(self._photo(request))
-        return JSONResponse({})
+        """A person goes: the photo, its videos and all that the store remembers of it; the answer tells how much that was."""
+        return Told(dataclasses.asdict(await self._desk.remove(self._photo(request))))
+
+    async def look_again(self, request: Request) -> Response:
+        """Another attempt."""
+        self._desk.again(self._photo(request))
+        return Told({})
+
+    async def remove_damaged(self, request: Request) -> Response:
+        """What cannot be read goes."""
+        await self._desk.remove_damaged()
+        return Told({})
 
     async def take_job(self, request: Request) -> Response:
         """A video is asked for."""
-        said = await _json(request)
+        said = await read_json(request)
         photo = self._library.photos.get(str(said.get("photo")))
         if photo is None:
             raise InputError("this photo is not here any more; choose another")
@@ -163,22 +212,22 @@ class Handlers:
         await asyncio.to_thread(understood, wish.model, wish.action)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
-        return JSONResponse(_public(job), status_code=201)
+        return Told(_public(job), status_code=201)
 
     async def remove_job(self, request: Request) -> Response:
         """A video goes."""
         await self._desk.remove(self._job(request))
-        return JSONResponse({})
+        return Told({})
 
     async def cancel(self, request: Request) -> Response:
         """A video is not wanted any more."""
         await self._desk.cancel(self._job(request))
-        return JSONResponse({})
+        return Told({})
 
     async def again(self, request: Request) -> Response:
         """Another attempt."""
         self._desk.again(self._job(request))
-        return JSONResponse({})
+        return Told({})
 
     async def photo_file(self, request: Request) -> Response:
         """What the page shows of a photo; the bytes that came in are never given out."""
@@ -190,7 +239,7 @@ class Handlers:
     async def job_file(self, request: Request) -> Response:
         """A result."""
         job, name = self._job(request), request.path_params["name"]
-        if name not in job.files and not (name == TURN and job.status == "done"):
+        if name not in job.files and name not in (TURN, *STAGES.values()):
             raise HTTPException(404, "there is no such file")
         download = Path(name).name if "download" in request.query_params else None
         return _file(self._library.place(job) / name, self._library.folder, download=download)
@@ -200,8 +249,8 @@ class Handlers:
         job = self._job(request)
         if not job.files:
             raise HTTPException(404, "nothing is made yet")
-        archive = await asyncio.to_thread(_zip, self._library.place(job), job.files)
-        return FileResponse(archive, filename="a2v.zip", media_type="application/zip", background=BackgroundTask(archive.unlink))
+        headers = {"Content-Disposition": 'attachment; filename="a2v.zip"'}
+        return StreamingResponse(zipped(self._library.place(job), job.files), media_type="application/zip", headers=headers)
 
     def _photo(self, request: Request) -> Photo:
         if (photo := self._library.photos.get(request.path_params["id"])) is None:
@@ -218,39 +267,8 @@ def _public(item: Photo | Job) -> dict[str, Any]:
     facts: dict[str, Any] = dict(vars(item))
     if isinstance(item, Job):
         facts["wish"] = item.wish.said()
+    facts.pop("digest", None)
     return facts
-
-
-def _title(text: str) -> str:
-    """A file's name as words to show."""
-    kept = "".join(letter for letter in unicodedata.normalize("NFC", text) if letter.isprintable())
-    return Path(kept.replace("\\", "/")).stem.strip()
-
-
-async def _body(request: Request, limit: int) -> bytes:
-    """The body of a request, refused by what it says of its size, and cut off where it said something else."""
-    too_large = f"this is larger than {limit >> 20} MB; send a smaller photo" if limit >> 20 else "the request is too long"
-    length = request.headers.get("content-length", "0")
-    if not length.isdigit() or int(length) > limit:
-        raise HTTPException(413, too_large)
-    data = bytearray()
-    try:
-        async for part in request.stream():
-            data += part
-            if len(data) > limit:
-                raise HTTPException(413, too_large)
-    except ClientDisconnect:
-        raise HTTPException(400, "the connection broke off") from None
-    if not data:
-        raise InputError("this file is empty; choose a JPEG, PNG or WebP photo")
-    return bytes(data)
-
-
-async def _json(request: Request) -> Mapping[str, Any]:
-    said = parse_json(await _body(request, MAX_WORDS), "the request", "an object")
-    if not isinstance(said, dict):
-        raise InputError("the request is no object")
-    return said
 
 
 def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
@@ -263,10 +281,3 @@ def _file(path: Path, inside: Path, *, download: str | None = None) -> Response:
     alone = path.suffix == ".html" and inside != PAGE
     headers = _ALONE if alone else {}
     return FileResponse(path, media_type=_TYPES.get(path.suffix, "application/octet-stream"), filename=download, headers=headers)
-
-
-def _zip(folder: Path, names: Mapping[str, int]) -> Path:
-    with tempfile.NamedTemporaryFile(suffix=".zip", delete=False) as stream, zipfile.ZipFile(stream, "w") as archive:
-        for name in names:
-            archive.write(folder / name, name)
-    return Path(stream.name)

@@ -5,21 +5,21 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 
-from pipelines.progress import Update
+from pipelines.engine.progress import Update
 
-STILL = ("subject", "photo_body", "surface", "body", "colored", "character")
+STILL = ("subject", "photo_body", "surface", "body", "colored", "character", "exported")
 """The nodes from a photo to a character, which are remembered for the next video."""
 
 PRIOR: Mapping[str, float] = {
     "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
-    "glb": 0.5, "bvh": 0.2, "posed": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
+    "exported": 3.0, "glb": 0.5, "bvh": 0.2, "posed": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
 }  # fmt: skip
 """Seconds of a node on two cores, as long as none was measured here; of `posed` a frame, of `frame` a picture of `PIXELS` samples."""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
     "colored": "Colouring the unseen sides", "shown": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "look": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "poses": "Moving the bones",
-    "posed": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "glb": "Writing the character", "bvh": "Writing the motion",
+    "posed": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "exported": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
 }  # fmt: skip
 
 

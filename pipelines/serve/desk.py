@@ -1,6 +1,7 @@
 """The queue: photos are looked at in one child process, videos are made in another, one at a time, in the order in which they came.
 
-What waits is what the records say, so a queue that was cut off goes on at the next start; frames that were finished are remembered.
+A third opens the photos that come in, so that no bytes of strangers are decoded where the page is served. What waits is what the records
+say, so a queue that was cut off goes on at the next start; frames that were finished are remembered.
 """
 
 from __future__ import annotations
@@ -8,85 +9,33 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import os
-import signal
+import shutil
+import sys
 import time
-from collections.abc import Callable, Mapping
+import traceback
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
-from a2v.errors import InputError
+from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
-from a2v.processes import python_command
-from pipelines.serve.records import ORIGINAL, Job, Library, Photo
+from pipelines.engine.forget import Forgotten, forget
+from pipelines.engine.store import Ref, Store
+from pipelines.serve.child import Child
+from pipelines.serve.records import SHOWN, Job, Library, Photo
+from pipelines.serve.talk import ORIGINAL
 
 IDLE_SECONDS = 900.0
 """A child process that had nothing to do for so long is ended, for its memory."""
-GRACE_SECONDS = 5.0
-_LINE_BYTES = 4 << 20
-_LOST = "the process that computed this has ended, most likely because the memory was used up; what was finished is remembered: try again"
-_TIMES = "times.json"
+OPEN_SECONDS = 60.0
+"""Longest that opening a photo may take."""
+SETTLED_SECONDS = 120.0
+"""A value of the store that no call names after this time is nobody's: what a stopped computation has left of a photo goes then."""
+_TICK_SECONDS = 5.0
+_OPENER = "from pipelines.serve.opener import main; main()"
+_TIMES, _DUE = "times.json", "forgetting"
 
 T = TypeVar("T")
-Take = Callable[[Mapping[str, Any]], None]
-
-
-class Child:
-    """A child process that is started when it is needed and may be stopped at any moment.
-
-    Parameters
-    ----------
-    code : Python that runs `pipelines.serve.worker.main`
-    """
-
-    def __init__(self, code: str) -> None:
-        self._code = code
-        self._process: asyncio.subprocess.Process | None = None
-        self._used = time.monotonic()
-
-    async def tell(self, task: Mapping[str, Any]) -> asyncio.subprocess.Process:
-        """Hand over a task; starts the process."""
-        if self._process is None or self._process.returncode is not None:
-            self._process = await asyncio.create_subprocess_exec(
-                *python_command(self._code),
-                stdin=asyncio.subprocess.PIPE,
-                stdout=asyncio.subprocess.PIPE,
-                start_new_session=True,
-                limit=_LINE_BYTES,
-            )
-        assert self._process.stdin is not None
-        self._used = time.monotonic()
-        with contextlib.suppress(ConnectionError):  # it has just ended; whoever waits for an answer will see
-            self._process.stdin.write(json.dumps(task).encode() + b"\n")
-            await self._process.stdin.drain()
-        return self._process
-
-    async def do(self, task: Mapping[str, Any], progress: Take) -> dict[str, Any]:
-        """Hand over a task and wait for its end; "done" or "problem"."""
-        process = await self.tell(task)
-        assert process.stdout is not None
-        while line := await process.stdout.readline():
-            message: dict[str, Any] = json.loads(line)
-            if "progress" in message:
-                progress(message["progress"])
-                continue
-            self._used = time.monotonic()
-            return message
-        return {"problem": _LOST}
-
-    def idle(self, seconds: float) -> bool:
-        """Whether it has lived for so long without a task."""
-        return self._process is not None and self._process.returncode is None and time.monotonic() - self._used > seconds
-
-    async def stop(self) -> None:
-        """End the process and those that it has started."""
-        process, self._process = self._process, None
-        if process is None:
-            return
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, number)
-            with contextlib.suppress(TimeoutError, asyncio.TimeoutError):
-                await asyncio.wait_for(process.wait(), GRACE_SECONDS)
 
 
 class Desk:
@@ -103,9 +52,11 @@ class Desk:
         self.library = library
         self.progress: dict[str, Mapping[str, Any]] = {}
         self._cache, self._workers = cache, workers
-        self._looker, self._maker = Child(code), Child(code)
+        self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
+        self._looking: Photo | None = None
+        self._forgetting = asyncio.Lock()
         self._tasks: list[asyncio.Task[None]] = []
 
     def start(self) -> None:
@@ -114,25 +65,42 @@ class Desk:
             if job.status == "running":
                 job.status = "waiting"
                 self.library.keep(job)
-        loops = (self._look_at_photos(), self._make_videos(), self._rest())
-        self._tasks = [asyncio.create_task(loop) for loop in loops]
+        rounds = (self._look_at_a_photo, self._make_a_video, self._rest)
+        self._tasks = [asyncio.create_task(_for_ever(one)) for one in rounds]
 
     async def close(self) -> None:
         """Stop at once; what was running goes on at the next start."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        await asyncio.gather(self._looker.stop(), self._maker.stop())
+        await asyncio.gather(self._opener.stop(), self._looker.stop(), self._maker.stop())
 
     def wake(self) -> None:
         """Say that there is something new to do."""
         for more in self._more:
             more.set()
 
+    async def open_photo(self, folder: Path, title: str) -> Photo:
+        """Take in the photo that has arrived in `folder`.
+
+        Raises
+        ------
+        InputError
+            It is no photo, is too large, or there are too many.
+        """
+        task = {"task": "open", "folder": str(folder), "file": str(folder / ORIGINAL), "shown": str(folder / SHOWN)}
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        photo = self.library.add_photo(folder, title, answer["done"])
+        self.wake()
+        return photo
+
     async def warm(self) -> None:
         """Load what a video will need, while somebody still chooses."""
-        if self._current is None:
-            await self._maker.tell({"task": "warm", "workers": self._workers})
+        if self._current is None and not self._maker.alive:
+            with contextlib.suppress(OSError):  # whoever asks for a video is told
+                await self._maker.tell({"task": "warm", "workers": self._workers})
 
     async def cancel(self, job: Job) -> None:
         """Take a job from the queue, or stop it in the middle."""
@@ -140,28 +108,54 @@ class Desk:
             raise InputError("this video is not in the queue any more")
         job.status = "cancelled"
         self.library.keep(job)
-        if self._current is job:
+        while self._current is job:
             await self._maker.stop()
-            while self._current is job:
-                await asyncio.sleep(0.01)
+            await asyncio.sleep(0.01)
 
-    def again(self, job: Job) -> None:
-        """Queue a job that failed or was cancelled anew."""
-        if job.status not in ("failed", "cancelled"):
-            raise InputError("this video is made, or is being made")
-        job.status, job.problem, job.created = "waiting", "", time.time()
-        self.library.keep(job)
+    def again(self, item: Photo | Job) -> None:
+        """Queue a job that failed or was cancelled, or a photo that could not be used, anew."""
+        if isinstance(item, Photo):
+            if item.status != "unusable":
+                raise InputError("this photo is in use already")
+            item.status, item.problem = "looking", ""
+        else:
+            if item.status not in ("failed", "cancelled"):
+                raise InputError("this video is made, or is being made")
+            item.status, item.problem, item.created = "waiting", "", time.time()
+        self.library.keep(item)
         self.wake()
 
-    async def remove(self, item: Photo | Job) -> None:
-        """Remove a photo with its jobs, or a job; what is being computed is stopped."""
-        jobs = [item] if isinstance(item, Job) else list(self.library.jobs_of(item))
-        for job in jobs:
-            if not job.over:
-                await self.cancel(job)
-        self.library.remove(item)
+    async def remove(self, item: Photo | Job) -> Forgotten:
+        """Remove a photo with its jobs and all that is remembered of it, or a job; what is being computed is stopped."""
 
-    # --- the loops
+        def jobs() -> list[Job]:
+            return [item] if isinstance(item, Job) else list(self.library.jobs_of(item))
+
+        while job := next((one for one in jobs() if not one.over), None):  # another may be asked for while one is being stopped
+            await self.cancel(job)
+        removed = jobs()
+        folders = self.library.remove(item)
+        while self._current in removed or self._looking is item:
+            await (self._looker if self._looking is item else self._maker).stop()
+            await asyncio.sleep(0.01)
+        await asyncio.to_thread(_delete, [*folders, *map(self.library.place, [item, *removed])])
+        return await self._forget(item) if isinstance(item, Photo) else Forgotten()
+
+    async def remove_damaged(self) -> None:
+        """Remove the photos and videos whose records cannot be read."""
+        await asyncio.to_thread(_delete, self.library.remove_damaged())
+
+    async def _forget(self, photo: Photo | None) -> Forgotten:
+        """Remove what the store remembers of a photo, unless it is here a second time; of None what belongs to nobody."""
+        stays = {one.digest for one in self.library.photos.values() if one.digest}
+        gone = [Ref[Any](photo.digest)] if photo and photo.digest and photo.digest not in stays else []
+        with contextlib.suppress(OSError):
+            (self.library.folder / _DUE).touch()
+        async with self._forgetting:
+            keep = [Ref[Any](digest) for digest in stays]
+            return await asyncio.to_thread(forget, Store(self._cache), gone, keep=keep, idle=SETTLED_SECONDS)
+
+    # --- the rounds
 
     async def _next(self, more: asyncio.Event, find: Callable[[], T | None]) -> T:
         while True:
@@ -170,23 +164,27 @@ class Desk:
                 return found
             await more.wait()
 
-    async def _look_at_photos(self) -> None:
-        while True:
-            photo: Photo = await self._next(
-                self._more[0], lambda: next((one for one in self.library.photos.values() if one.status == "looking"), None)
-            )
-            task = {"task": "look", "folder": str(self.library.place(photo)), "cache": self._cache}
-            answer = await self._looker.do(task, lambda _: None)
-            if photo.id not in self.library.photos:  # it was removed meanwhile
-                continue
-            if "problem" in answer:
-                photo.status, photo.problem = "unusable", answer["problem"]
-            else:
-                photo.status = "ready"
-                for name, value in answer["done"].items():
-                    setattr(photo, name, value)
-            self.library.keep(photo)
-            self.wake()
+    async def _look_at_a_photo(self) -> None:
+        photo: Photo = await self._next(
+            self._more[0], lambda: next((one for one in self.library.photos.values() if one.status == "looking"), None)
+        )
+        self._looking = photo
+        size = {"width": photo.width, "height": photo.height}
+        task = {"task": "look", "folder": str(self.library.place(photo)), "cache": self._cache, **size}
+        try:
+            answer = await self._looker.do(task)
+        finally:
+            self._looking = None
+        if photo.id not in self.library.photos:  # it was removed meanwhile
+            return
+        if "problem" in answer:
+            photo.status, photo.problem = "unusable", answer["problem"]
+        else:
+            photo.status = "ready"
+            for name, value in answer["done"].items():
+                setattr(photo, name, value)
+        self.library.keep(photo)
+        self.wake()
 
     def _waiting(self) -> Job | None:
         waiting = [job for job in self.library.jobs.values() if job.status == "waiting"]
@@ -199,12 +197,8 @@ class Desk:
                 return job
         return None
 
-    async def _make_videos(self) -> None:
-        while True:
-            job: Job = await self._next(self._more[1], self._waiting)
-            await self._make(job)
-
-    async def _make(self, job: Job) -> None:
+    async def _make_a_video(self) -> None:
+        job: Job = await self._next(self._more[1], self._waiting)
         photo, begun = self.library.photos[job.photo], time.monotonic()
         self._current, job.status = job, "running"
         self.library.keep(job)
@@ -214,11 +208,11 @@ class Desk:
         }  # fmt: skip
         try:
             answer = await self._maker.do(task, lambda update: self.progress.__setitem__(job.id, update))
+            if "problem" in answer:
+                await self._maker.stop()  # its workers may still be at it
         finally:
             self._current = None
             self.progress.pop(job.id, None)
-        if "problem" in answer:
-            await self._maker.stop()  # its workers may still be at it
         job.seconds = round(time.monotonic() - begun, 1)
         if job.status == "cancelled" or job.id not in self.library.jobs:
             return
@@ -233,12 +227,19 @@ class Desk:
         self.library.keep(job)
 
     async def _rest(self) -> None:
-        while True:
-            await asyncio.sleep(30)
-            if self._maker.idle(IDLE_SECONDS) and self._current is None:
-                await self._maker.stop()
-            if self._looker.idle(IDLE_SECONDS / 10) and all(photo.status != "looking" for photo in self.library.photos.values()):
-                await self._looker.stop()
+        await asyncio.sleep(_TICK_SECONDS)
+        self.library.settle()
+        if self._maker.idle(IDLE_SECONDS) and self._current is None:
+            await self._maker.stop()
+        for child in (self._looker, self._opener):
+            if child.idle(IDLE_SECONDS / 10):
+                await child.stop()
+        due = self.library.folder / _DUE
+        with contextlib.suppress(OSError):  # nothing to forget
+            if time.time() - due.stat().st_mtime > SETTLED_SECONDS + _TICK_SECONDS:
+                due.unlink()
+                await self._forget(None)
+                due.unlink()
 
     # --- how long things take here
 
@@ -251,5 +252,20 @@ class Desk:
     def _learn(self, seconds: Mapping[str, float]) -> None:
         known = self._times()
         mixed = known | {name: (value + known.get(name, value)) / 2 for name, value in seconds.items()}
-        with atomic_path(self.library.folder / _TIMES) as temporary:
-            temporary.write_text(json.dumps({name: round(value, 4) for name, value in mixed.items()}))
+        with contextlib.suppress(A2VError), atomic_path(self.library.folder / _TIMES) as temporary:  # a full disk: what is known does
+            temporary.write_text(json.dumps({name: round(value, 4) for name, value in mixed.items()}), encoding="utf-8")
+
+
+async def _for_ever(one: Callable[[], Awaitable[None]]) -> None:
+    """Do one round after another; a round that fails is told on standard error and does not end the others."""
+    while True:
+        try:
+            await one()
+        except Exception:
+            traceback.print_exc(file=sys.stderr)
+            await asyncio.sleep(1.0)
+
+
+def _delete(folders: Iterable[Path]) -> None:
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)

@@ -1,6 +1,8 @@
 """What the page remembers: a folder a photo and a folder a job, each with its record as JSON, written when something has changed.
 
 All names in the folder are ours: identities are 16 hex digits, and what a browser says is only ever looked up, never joined to a path.
+A photo arrives in ``incoming/`` and is moved to its place whole; what is removed is moved to ``removed/`` first, so that nothing of it
+is listed from then on; both are emptied at the next start. What cannot be read is counted, and stays until somebody removes it.
 """
 
 from __future__ import annotations
@@ -8,24 +10,28 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import math
+import re
 import secrets
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from a2v.errors import A2VError, InputError
-from a2v.io import atomic_path, clear_leftovers, read_bytes
+from a2v.io import atomic_path, clear_leftovers, parse_json, read_bytes
+from pipelines.serve.edge import clean
 from pipelines.serve.wishes import Wish
 
 MAX_PHOTOS, MAX_WAITING, MAX_JOBS = 200, 50, 1000
 """Photos that are kept, jobs that may wait, and jobs that are kept."""
 MAX_TITLE = 80
-ORIGINAL, SHOWN, MASK = "original", "photo.jpg", "mask.png"
-"""A photo's files: as it came, and what the page shows."""
+SHOWN, MASK = "photo.jpg", "mask.png"
+"""What the page shows of a photo."""
 _MAX_RECORD_BYTES = 1 << 20
+_ID = re.compile("[0-9a-f]{16}")
 
 Kept = TypeVar("Kept", "Photo", "Job")
 
@@ -39,6 +45,7 @@ class Photo:
     status : "looking", "ready" or "unusable"
     width, height : of ``photo.jpg``, pixels
     landmarks : u, v in pixels of ``photo.jpg`` and confidence, in BlazePose order
+    digest : of the value that the store has of it
     """
 
     id: str
@@ -51,8 +58,10 @@ class Photo:
     height: int = 0
     landmarks: list[list[float]] = field(default_factory=list)
     known: bool = False  # whether its character was made here before
+    digest: str = ""
 
     FOLDER, FILE = "photos", "photo.json"
+    STATES = ("looking", "ready", "unusable")
 
 
 @dataclass
@@ -77,6 +86,7 @@ class Job:
     files: dict[str, int] = field(default_factory=dict)
 
     FOLDER, FILE = "jobs", "job.json"
+    STATES = ("waiting", "running", "done", "failed", "cancelled")
 
     @property
     def over(self) -> bool:
@@ -84,52 +94,156 @@ class Job:
         return self.status in ("done", "failed", "cancelled")
 
 
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(text, str) for text in value)
+
+
+def _points(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(point, list) and len(point) == 3 and all(map(_number, point)) for point in value)
+
+
+def _sizes(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(size, int) for size in value.values())
+
+
+_CHECKS: Mapping[str, Any] = {
+    "str": lambda value: isinstance(value, str), "float": _number, "bool": lambda value: isinstance(value, bool),
+    "int": lambda value: isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31,
+    "list[str]": _texts, "list[list[float]]": _points, "dict[str, int]": _sizes, "Wish": lambda value: isinstance(value, Wish),
+}  # fmt: skip
+"""Whether a value is of the type that a field of a record is annotated with."""
+
+
+def read_record(kind: type[Kept], folder: Path) -> Kept:
+    """The record in a folder, every field checked, so that one that is in memory can always be told.
+
+    Raises
+    ------
+    InputError
+        It is no record of this kind.
+    """
+    facts = clean(parse_json(read_bytes(folder / kind.FILE, limit=_MAX_RECORD_BYTES), "the record", "an object"))
+    try:
+        if kind is Job:
+            facts["wish"] = Wish.of(facts["wish"])
+        item = kind(**facts)
+    except (TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise InputError(f"{folder.name} has no record of ours ({type(error).__name__})") from error
+    for entry in dataclasses.fields(item):
+        if not _CHECKS[str(entry.type)](getattr(item, entry.name)):
+            raise InputError(f"the record of {folder.name} has no usable {entry.name}")
+    if item.id != folder.name or not _ID.fullmatch(item.id) or item.status not in kind.STATES:
+        raise InputError(f"the record of {folder.name} is another one's")
+    return item
+
+
 class Library:
-    """The photos and jobs of a folder, in memory and on disk. One process writes them."""
+    """The photos and jobs of a folder, in memory and on disk. One process writes them.
+
+    Attributes
+    ----------
+    damaged : list of Path
+        Folders of photos and jobs whose record cannot be read.
+    problem : str
+        Why the last record could not be written; empty as soon as all are.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.damaged: list[Path] = []
+        self.problem = ""
+        self._unwritten: dict[str, Photo | Job] = {}
+        for rest in ("incoming", "removed"):
+            shutil.rmtree(folder / rest, ignore_errors=True)
         self.photos: dict[str, Photo] = {item.id: item for item in self._read(Photo)}
-        self.jobs: dict[str, Job] = {item.id: item for item in self._read(Job) if item.photo in self.photos}
-        self.version = 0
+        self.jobs: dict[str, Job] = {item.id: item for item in self._read(Job)}
+        for job in [job for job in self.jobs.values() if job.photo not in self.photos]:
+            self.damaged.append(self.place(self.jobs.pop(job.id)))
 
     def _read(self, kind: type[Kept]) -> list[Kept]:
         found = []
-        for folder in (self.folder / kind.FOLDER).glob("*"):
-            with contextlib.suppress(A2VError, ValueError, TypeError, KeyError, RecursionError, OSError):
-                facts = json.loads(read_bytes(folder / kind.FILE, limit=_MAX_RECORD_BYTES))
-                if facts["id"] != folder.name:
-                    continue
-                if kind is Job:
-                    facts["wish"] = Wish.of(facts["wish"])
-                found.append(kind(**facts))
+        for folder in (one for one in (self.folder / kind.FOLDER).glob("*") if one.is_dir()):
+            try:
+                found.append(read_record(kind, folder))
                 clear_leftovers(folder)
+            except (A2VError, OSError):
+                self.damaged.append(folder)
         return sorted(found, key=lambda item: item.created)
 
     def place(self, item: Photo | Job) -> Path:
         """Its folder."""
         return self.folder / item.FOLDER / item.id
 
-    def keep(self, item: Photo | Job) -> None:
-        """Write the record, and let browsers know."""
-        with atomic_path(self.place(item) / item.FILE) as temporary:
-            temporary.write_text(json.dumps(dataclasses.asdict(item), indent=1) + "\n", encoding="utf-8")
-        self.version += 1
-
-    def add_photo(self, data: bytes, title: str) -> Photo:
-        """Keep the bytes of a photo that was decoded before.
+    def write(self, item: Photo | Job, folder: Path | None = None) -> None:
+        """Write the record, into another folder than its own if one is named.
 
         Raises
         ------
         InputError
-            There are too many.
+            The disk is full, or the folder cannot be written.
+        """
+        with atomic_path((folder or self.place(item)) / item.FILE) as temporary:
+            temporary.write_text(json.dumps(dataclasses.asdict(item), indent=1) + "\n", encoding="utf-8")
+
+    def keep(self, item: Photo | Job) -> None:
+        """Write the record, now or, where the disk is full, when `settle` is called and there is space again."""
+        if item.id in (self.photos if isinstance(item, Photo) else self.jobs):
+            self._unwritten[item.id] = item
+            self.settle()
+
+    def settle(self) -> None:
+        """Write what could not be written before."""
+        for item in list(self._unwritten.values()):
+            try:
+                self.write(item)
+            except (InputError, OSError) as error:
+                self.problem = f"what has changed cannot be written down: {error}"
+                return
+            del self._unwritten[item.id]
+        self.problem = ""
+
+    def arriving(self) -> Path:
+        """A new folder for a photo that is being sent; its name becomes the photo's.
+
+        Raises
+        ------
+        InputError
+            There are too many photos, or the folder cannot be made.
         """
         if len(self.photos) >= MAX_PHOTOS:
             raise InputError(f"{MAX_PHOTOS} photos are kept here already; remove some first")
-        photo = Photo(id=secrets.token_hex(8), title=title[:MAX_TITLE] or "photo", created=time.time())
-        with atomic_path(self.place(photo) / ORIGINAL) as temporary:
-            temporary.write_bytes(data)
-        self.keep(photo)
+        folder = self.folder / "incoming" / secrets.token_hex(8)
+        try:
+            folder.mkdir(parents=True)
+        except OSError as error:
+            raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
+        return folder
+
+    def add_photo(self, folder: Path, title: str, facts: Mapping[str, Any]) -> Photo:
+        """Move a photo that has arrived in `folder` to its place.
+
+        Parameters
+        ----------
+        facts : "width", "height" and "digest" of `Photo`
+
+        Raises
+        ------
+        InputError
+            There are too many, or the disk is full.
+        """
+        if len(self.photos) >= MAX_PHOTOS:
+            raise InputError(f"{MAX_PHOTOS} photos are kept here already; remove some first")
+        photo = Photo(id=folder.name, title=title[:MAX_TITLE] or "photo", created=time.time(), **facts)
+        self.write(photo, folder)
+        try:
+            (self.folder / photo.FOLDER).mkdir(parents=True, exist_ok=True)
+            folder.rename(self.place(photo))
+        except OSError as error:
+            raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
         self.photos[photo.id] = photo
         return photo
 
@@ -139,8 +253,10 @@ class Library:
         Raises
         ------
         InputError
-            The photo cannot be used, or the queue is full.
+            The photo cannot be used, the queue is full, or the disk is.
         """
+        if photo.id not in self.photos:
+            raise InputError("this photo was removed; choose another")
         if photo.status == "unusable":
             raise InputError(f"this photo cannot be used: {photo.problem}")
         if sum(not job.over for job in self.jobs.values()) >= MAX_WAITING:
@@ -148,7 +264,11 @@ class Library:
         if len(self.jobs) >= MAX_JOBS:
             raise InputError(f"{MAX_JOBS} videos are kept here already; remove some first")
         job = Job(id=secrets.token_hex(8), photo=photo.id, wish=wish, created=time.time())
-        self.keep(job)
+        try:
+            self.write(job)
+        except InputError:
+            shutil.rmtree(self.place(job), ignore_errors=True)
+            raise
         self.jobs[job.id] = job
         return job
 
@@ -156,11 +276,23 @@ class Library:
         """The jobs of a photo."""
         return (job for job in list(self.jobs.values()) if job.photo == photo.id)
 
-    def remove(self, item: Photo | Job) -> None:
-        """Remove it and its files; a photo's jobs with it."""
-        if isinstance(item, Photo):
-            for job in self.jobs_of(item):
-                self.remove(job)
+    def remove(self, item: Photo | Job) -> list[Path]:
+        """Take it, and a photo's jobs with it, from what is listed; the folders that are left to be deleted."""
+        left = [path for job in self.jobs_of(item) for path in self.remove(job)] if isinstance(item, Photo) else []
+        self._unwritten.pop(item.id, None)
         (self.photos if isinstance(item, Photo) else self.jobs).pop(item.id, None)
-        shutil.rmtree(self.place(item), ignore_errors=True)
-        self.version += 1
+        return [*left, self._aside(self.place(item))]
+
+    def remove_damaged(self) -> list[Path]:
+        """The same for all that cannot be read."""
+        damaged, self.damaged = self.damaged, []
+        return [self._aside(folder) for folder in damaged]
+
+    def _aside(self, folder: Path) -> Path:
+        """A folder's new place, out of the way; its old one where it cannot be moved."""
+        target = self.folder / "removed" / secrets.token_hex(8)
+        with contextlib.suppress(OSError):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            folder.rename(target)
+            return target
+        return folder

@@ -1,11 +1,10 @@
-"""What a browser may ask for, checked; and the options of ``a2v video`` that it stands for."""
+"""What a browser may ask for, checked; and the request of a video that it stands for."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import re
-import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,11 +12,13 @@ from typing import Any
 from a2v.errors import InputError
 from a2v.io import brief
 from a2v.kinematics.resample import SHOWN_FPS
-from a2v.motion import BUNDLED, MotionModel
-from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
+from a2v.motion.catalog import SOURCES, catalog
+from a2v.motion.clips import SOURCE as CLIPS
+from a2v.motion.plan import AUTO, plan_motion
+from a2v.motion.prompts import Match, Step
 from a2v.types import VIEWS
-from pipelines.inputs import LookOptions
-from pipelines.motion_options import MotionOptions, length_of
+from pipelines.requests.motion import length_of
+from pipelines.requests.video import VideoRequest
 
 ALL_VIEWS = (*VIEWS, "turntable")
 SIZES = (64, 1080)
@@ -25,10 +26,8 @@ SAMPLES = (1, 64)
 SECONDS = (0.1, 60.0)
 RATES = (5.0, 60.0)
 MAX_ACTION = 300
-MODELS = ("cmu-fine", "cmu", "humanact12-fine", "humanact12")
-"""Of the shipped motion models those that the page offers."""
-_READING = threading.Lock()
-"""Snowball's stemmer keeps its word in itself: one thread at a time."""
+MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
+"""What the page offers: all that there is, and each source alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,15 +105,9 @@ class Wish:
         """Frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
 
-    @property
-    def motion(self) -> MotionOptions:
-        """The motion as the command line has it."""
-        return MotionOptions(action=self.action, model=self.model, seconds=self.seconds, fps=self.fps, seed=self.seed)
-
-    @property
-    def look(self) -> LookOptions:
-        """The look as the command line has it."""
-        return LookOptions(views=",".join(self.views), size=self.size, spp=self.spp, background=self.background)
+    def request(self, photo: str) -> VideoRequest:
+        """The video that it stands for."""
+        return VideoRequest.of(photo=photo, **self.said())
 
 
 def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:
@@ -124,15 +117,10 @@ def _check(name: str, value: object, limits: tuple[float, float], kind: type) ->
 
 
 @functools.cache
-def model_of(name: str) -> MotionModel:
-    """A shipped model, opened once."""
-    assert name in BUNDLED
-    return MotionModel.load(name)
-
-
-@functools.cache
-def _vocabulary(name: str) -> Vocabulary:
-    return Vocabulary.of(model_of(name).card)
+def actions_of(name: str) -> tuple[str, ...]:
+    """What one of `MODELS` can be asked for."""
+    sources = SOURCES if name == AUTO else (name,)
+    return tuple(entry.name for entry in catalog("any", sources).entries)
 
 
 def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
@@ -143,12 +131,12 @@ def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
     InputError
         A part means no action; the message names the nearest.
     """
-    with _READING:
-        return parse_prompt(text[:MAX_ACTION], _vocabulary(model))
+    plan = plan_motion(text[:MAX_ACTION], model=model)
+    return list(plan.steps), list(plan.matches)
 
 
 def choices() -> dict[str, Any]:
     """What the page offers: models with their actions, views, and the limits of numbers."""
-    models = [{"name": name, "actions": list(model_of(name).actions)} for name in MODELS]
+    models = [{"name": name, "actions": list(actions_of(name))} for name in MODELS]
     limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
     return {"models": models, "views": ALL_VIEWS, "limits": limits}

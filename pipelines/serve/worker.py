@@ -1,50 +1,38 @@
-"""The child process that computes: reads a task a line, runs the pipeline, tells how it goes; ends with its parent.
-
-A line in is ``{"task": "warm" | "look" | "video", ...}``; lines out are ``{"progress": ...}`` and, last, ``{"done": ...}`` or
-``{"problem": ...}``. What is loaded for one task serves the next.
-"""
+"""The child processes that find people and make videos, by the commands' own functions; what is loaded for one task serves the next."""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
-import queue
-import sys
-import threading
-import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
-from a2v.errors import A2VError
+from a2v.errors import InputError
 from a2v.io import atomic_path, printable
-from pipelines.executors import LocalExecutor, cpu_count
-from pipelines.inputs import LookOptions, PhotoOptions, RunOptions
-from pipelines.motion_options import MotionOptions
-from pipelines.progress import Listener
+from pipelines.engine.executors import LocalExecutor, cpu_count
+from pipelines.engine.progress import Listener, Update
+from pipelines.inputs import RunOptions
+from pipelines.requests.video import VideoRequest, photo_parameters
 from pipelines.serve.clock import STILL, Clock
-from pipelines.serve.records import MASK, ORIGINAL, SHOWN
+from pipelines.serve.records import MASK
+from pipelines.serve.stages import STAGES, pictures
+from pipelines.serve.talk import ORIGINAL, Tell, answer
 from pipelines.serve.wishes import Wish
 
 if TYPE_CHECKING:
     import numpy as np
 
     from a2v.types import Subject
-    from pipelines.graph import Graph
-    from pipelines.run import Outcome
+    from pipelines.engine.graph import Graph
+    from pipelines.engine.run import Early, Outcome
 
-SHOWN_SIDE = 1280
-"""Longest side of the photo that the page shows, pixels."""
 TURN = "turn.html"
 """The character alone, turnable; for the page, not for download."""
 
-Tell = Callable[[Mapping[str, object]], None]
-Make = Callable[[PhotoOptions, str, MotionOptions, LookOptions, RunOptions], object]
-"""``a2v video``: photo, folder, motion, look, and how to run."""
+Make = Callable[[VideoRequest, str, RunOptions], object]
+"""``a2v video``: what is asked for, folder, and how to run."""
 
 
 class WarmPool(Executor):
@@ -82,6 +70,7 @@ class Watched(RunOptions):
 
     pool: Executor | None = None
     listener: Listener | None = None
+    early: Early = field(default_factory=dict)
     outcomes: list[Outcome] = field(default_factory=list)
 
     def run(
@@ -92,18 +81,33 @@ class Watched(RunOptions):
         graph: Graph | None = None,
         start: str | None = None,
         overrides: Mapping[str, Any] | None = None,
+        early: Early | None = None,
     ) -> Outcome:
-        """As `RunOptions.run`, without bars."""
+        """As `RunOptions.run`, without bars; the page's own early outputs come first."""
+        from pipelines.engine.store import Store
         from pipelines.run import run
-        from pipelines.store import Store
 
         given: dict[str, Any] = dict(parameters)
         outcome = run(
             targets, graph=graph, executor=self.pool or "serial", store=Store(self.cache), start=start, overrides=overrides,
-            progress=self.listener, **given,
+            progress=self.listener, early=_together(self.early, early or {}), **given,
         )  # fmt: skip
         self.outcomes.append(outcome)
         return outcome
+
+
+def _together(first: Early, then: Early) -> Early:
+    """Both early outputs, in the order of the first; what both name is told to both."""
+
+    def both(name: str) -> Callable[[Outcome], None]:
+        def tell(outcome: Outcome) -> None:
+            for part in (first, then):
+                if name in part:
+                    part[name](outcome)
+
+        return tell
+
+    return {name: both(name) for name in {**first, **then}}
 
 
 # --- the tasks
@@ -115,31 +119,24 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     Returns
     -------
     dict
-        "width" and "height" of the shown photo, "landmarks" in its pixels, "warnings".
+        "landmarks" in pixels of the shown photo, "warnings", "digest" of the photo in the store.
     """
     from PIL import Image
 
-    from a2v.perception import decode_photo
     from a2v.types import Subject
-    from pipelines.inputs import photo_parameters
+    from pipelines.engine.store import Store
     from pipelines.run import run
-    from pipelines.store import Store
 
-    folder, store = Path(task["folder"]), Store(task["cache"])
-    pixels = decode_photo((folder / ORIGINAL).read_bytes(), "the photo")
-    picture = Image.fromarray(pixels[..., :3])
-    picture.thumbnail((SHOWN_SIDE, SHOWN_SIDE))
-    with atomic_path(folder / SHOWN) as temporary:
-        picture.save(temporary, "jpeg", quality=85)
-    tell({"progress": {"width": picture.width, "height": picture.height}})
-    outcome = run("subject", executor="serial", store=store, **photo_parameters(store, folder / ORIGINAL))
+    folder, store, size = Path(task["folder"]), Store(task["cache"]), (task["width"], task["height"])
+    parameters = photo_parameters(store, folder / ORIGINAL)
+    outcome = run("subject", executor="serial", store=store, **parameters)
     subject = outcome.get("subject", Subject)
+    if not folder.is_dir():
+        raise InputError("the photo was removed")
     with atomic_path(folder / MASK) as temporary:
-        Image.fromarray(_shade(subject, picture.size)).save(temporary, "png")
-    return {
-        "width": picture.width, "height": picture.height, "landmarks": _landmarks(subject, picture.size),
-        "warnings": [printable(text) for text in subject.warnings],
-    }  # fmt: skip
+        Image.fromarray(_shade(subject, size)).save(temporary, "png")
+    warnings = [printable(text) for text in subject.warnings]
+    return {"landmarks": _landmarks(subject, size), "warnings": warnings, "digest": parameters["photo"].digest}
 
 
 def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
@@ -178,19 +175,36 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
         "files" with their bytes, "notes", "times" of nodes for the next estimates.
     """
     from a2v.rendering import write_page
+    from pipelines.nodes.values import Blob
 
     folder, wish = Path(task["folder"]), Wish.of(task["wish"])
-    pictures, samples = wish.frames * len(wish.views), wish.size**2 * wish.spp
-    clock = Clock(frames=wish.frames, pictures=pictures, samples=samples, known=task["known"], measured=task["times"])
-    running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=lambda update: tell({"progress": clock.take(update)}))
-    make(PhotoOptions(photo=task["photo"]), str(folder), wish.motion, wish.look, running)
-    write_page(folder / TURN, folder / "character.glb", title=wish.action)
+    clock = Clock(
+        frames=wish.frames, pictures=wish.frames * len(wish.views), samples=wish.size**2 * wish.spp, known=task["known"], measured=task["times"],
+    )  # fmt: skip
+    shown, last = list[str](), dict[str, object]()
+
+    def hear(update: Update) -> None:
+        last.update(clock.take(update))
+        tell({"progress": last | {"shown": shown}})
+
+    def show(stage: str) -> None:
+        shown.append(stage)
+        tell({"progress": last | {"shown": shown}})
+
+    def move(outcome: Outcome) -> None:
+        glb = bytes(outcome.store.get(outcome.values["glb"], Blob))
+        write_page(folder / TURN, glb, title=wish.action)
+        show("moving")
+
+    early = {**pictures(folder, show), "glb": move}
+    running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear, early=early)
+    make(wish.request(task["photo"]), str(folder), running)
     outcome = running.outcomes[-1]
     spent = {
         name: stats.span[1] - stats.span[0] for name, stats in outcome.nodes.items() if not stats.cached and stats.span[1] > stats.span[0]
     }
     files = {str(path.relative_to(folder)): path.stat().st_size for path in sorted(folder.rglob("*")) if path.is_file()}
-    hidden = ("job.json", TURN)
+    hidden = ("job.json", TURN, *STAGES.values())
     return {
         "files": {name: size for name, size in files.items() if name not in hidden and not Path(name).name.startswith(".")},
         "notes": list(outcome.notes), "times": clock.measured(spent), "known": set(STILL) <= set(outcome.nodes),
@@ -202,57 +216,18 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 
 def main(make: Make) -> None:
     """Serve tasks from standard input until it ends; videos are made by `make`."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what libraries print is no answer
-    lock = threading.Lock()
-
-    def tell(message: Mapping[str, object]) -> None:
-        with lock, contextlib.suppress(BrokenPipeError):
-            out.write(json.dumps(message) + "\n")
-            out.flush()
-
     pools: list[WarmPool] = []
-    for line in _lines(sys.stdin):
-        serve(json.loads(line), tell, pools, make)
+    answer(lambda task, tell: serve(task, tell, pools, make))
 
 
-def serve(task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make) -> None:
-    """Do a task; whatever goes wrong is told."""
-    if task["task"] != "look" and not pools:
+def serve(task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make) -> dict[str, object] | None:
+    """Do a task; None where nobody waits for an answer."""
+    if task["task"] == "look":
+        return look(task, tell)
+    if not pools:
         pools.append(WarmPool(task.get("workers") or cpu_count()))
-    own = (str(task.get("photo", "")), str(Path(task.get("folder", "")) / ORIGINAL))
-    try:
-        if task["task"] == "warm":
-            pools[0].warm()
-            load_renderer()
-        else:
-            tell({"done": look(task, tell) if task["task"] == "look" else video(task, tell, pools[0], make)})
-    except A2VError as error:
-        tell({"problem": _without(str(error), own)})
-    except MemoryError:
-        tell({"problem": "the memory was used up; take a smaller picture"})
-    except Exception as error:
-        traceback.print_exc()
-        tell({"problem": _without(f"a defect of a2v: {type(error).__name__}: {error}"[:500], own)})
-
-
-def _without(text: str, paths: tuple[str, ...]) -> str:
-    """A sentence for the page: our own names of files are of no use to whoever reads it."""
-    for path in paths:
-        if path:
-            text = text.replace(f"{path}: ", "").replace(path, "the photo")
-    return printable(" ".join(text.split()))
-
-
-def _lines(stream: IO[str]) -> Iterator[str]:
-    """The lines of standard input, read by a thread that ends the process where the parent is gone, in the middle of a task too."""
-    waiting: queue.SimpleQueue[str] = queue.SimpleQueue()
-
-    def read() -> None:
-        for line in stream:
-            waiting.put(line)
-        os._exit(1)
-
-    threading.Thread(target=read, daemon=True).start()
-    while True:
-        yield waiting.get()
+    if task["task"] == "video":
+        return video(task, tell, pools[0], make)
+    pools[0].warm()
+    load_renderer()
+    return None

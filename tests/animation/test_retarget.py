@@ -15,12 +15,12 @@ from a2v.animation.posture import knee_bend, lean_of, standing_posture, straight
 from a2v.animation.rig import SIDES, joints_of, place, rig_of
 from a2v.animation.source import heading_rotmat, source_joints, source_leg_length
 from a2v.body import load_body_model, make_body
-from a2v.evaluation.physics import jitter
-from a2v.evaluation.retargeting import measure_retargeting
 from a2v.formats import read_motion
 from a2v.formats.bvh import read_bvh, write_bvh
 from a2v.kinematics import CMU, HUMANACT12, Skeleton, rotvec_to_rotmat
 from a2v.kinematics.resample import resample_motion
+from a2v.lab.evaluation.physics import jitter
+from a2v.lab.evaluation.retargeting import measure_retargeting
 from tests.support.motions import clip
 
 LIMBS = [("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist")]

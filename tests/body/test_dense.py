@@ -44,7 +44,7 @@ def test_a_map_corrects_landmarks_that_are_too_far_to_the_front() -> None:
     wrong = subject.keypoints_3d.copy()
     wrong[[13, 15, 17, 19, 21], 2] += 0.12  # the left arm
     subject = dataclasses.replace(subject, keypoints_3d=wrong)
-    settings = FitSettings(rounds=5, starts=0)
+    settings = FitSettings(rounds=5, starts=0, distance=0.0)  # as the subject was seen
     without = joint_errors(body, camera, fit_body(subject, settings=settings))
     told = dataclasses.replace(subject, bodymap=bodymap_of(body, camera, 480))
     errors = joint_errors(body, camera, fit_body(told, settings=settings))

@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from a2v.body import JOINT_BONES, PARTS, FitResult, FitSettings, fit_body, load_body_model
+from a2v.body.evidence import gather_evidence
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
 from a2v.body.surface_term import vertex_normals
@@ -16,7 +17,7 @@ from a2v.errors import InputError
 from a2v.geometry.images import mask_iou
 from a2v.kinematics.names import BLAZEPOSE
 from a2v.types import Body, OrthographicCamera, Subject, Surface
-from tests.support.bodies import joint_errors, landmarks_of, random_body, subject_of
+from tests.support.bodies import joint_errors, landmarks_of, near_view, random_body, subject_of
 
 QUICK = FitSettings(rounds=5)
 
@@ -39,7 +40,8 @@ def test_a_standing_person_is_recovered(standing: tuple[Body, Subject, Orthograp
     errors = joint_errors(body, camera, result)
     assert errors.mean() < 0.04
     assert errors.max() < 0.15
-    raster = rasterize(result.body.vertices, result.body.faces, result.camera, subject.mask.shape)["mask"]
+    flat = result.camera.flatten(result.body.vertices)
+    raster = rasterize(flat, result.body.faces, result.camera.flat, subject.mask.shape)["mask"]
     assert mask_iou(raster, subject.mask > 0.5) > 0.95  # what the residuals say holds at full resolution
     assert abs(result.residuals["height"] - 1.7) < 0.12
 
@@ -156,7 +158,7 @@ def test_the_surface_puts_the_joints_in_place(standing: tuple[Body, Subject, Ort
     assert errors.max() < 0.04
     assert errors.mean() < 0.6 * joint_errors(body, camera, photo).mean()
     assert result.residuals["surface_mean"] < 0.012
-    assert result.camera == camera
+    assert result.camera.flat == camera
 
 
 def test_bad_input_is_named(standing: tuple[Body, Subject, OrthographicCamera, FitResult]) -> None:
@@ -180,3 +182,27 @@ def test_forward_of_the_result_gives_its_vertices(standing: tuple[Body, Subject,
     angles = torch.from_numpy(body.parameters["angles"])
     rotations = pose_space(model).rotvecs(angles).numpy()
     np.testing.assert_allclose(rotations[1:], body.parameters["rotations"][1:], atol=1e-6)
+
+
+def test_a_near_camera_is_understood_where_its_distance_is_known() -> None:
+    body = random_body(6, spread=0.5, yaw=0.2)
+    subject, camera = near_view(body, distance=1.8, pitch=0.3)
+    near, far = (fit_body(subject, settings=dataclasses.replace(QUICK, distance=distance)) for distance in (1.8, 0.0))
+    assert joint_errors(body, camera.flat, near).mean() < 0.6 * joint_errors(body, camera.flat, far).mean()
+    assert near.camera.distance == pytest.approx(1.8)
+    assert abs(near.camera.pitch - camera.pitch) < np.radians(6)
+    assert abs(near.body.vertices[:, 1].min()) < 1e-4
+    told = near.residuals["camera"]
+    assert told["distance_from"] == "given"
+    assert told["height"] == pytest.approx(near.camera.height)
+
+
+def test_the_files_focal_length_tells_the_distance() -> None:
+    subject, _ = subject_of(random_body(1))
+    told = dataclasses.replace(subject, focal_length=50.0)
+    view, nothing = (gather_evidence(item, FitSettings()).view for item in (told, subject))
+    height = gather_evidence(told, FitSettings()).height
+    assert view.distance == pytest.approx(50 / 43.27 * np.hypot(480, 480) * 1.7 / height, rel=1e-3)
+    assert "focal length" in view.source
+    assert nothing.distance == pytest.approx(3.0)
+    assert gather_evidence(told, FitSettings(distance=0.0)).view.distance == 0

@@ -12,10 +12,10 @@ import pytest
 import torch
 
 from a2v.errors import InputError
+from a2v.lab.bodymap.networks import BodyMapNetwork
+from a2v.lab.bodymap.training import stored_weights
+from a2v.lab.untracing import fill
 from a2v.perception.bodymap import FILE, FORMAT
-from a2v.reconstruction.bodymap.networks import BodyMapNetwork
-from a2v.reconstruction.bodymap.training import stored_weights
-from a2v.untracing import fill
 from export.bodymap import INPUTS, OUTPUTS, blended, export_bodymap, export_network
 from export.storage import round_to_stored
 from tests.support.quick_views import write_invented

@@ -15,9 +15,9 @@ import torch
 
 from a2v.errors import InputError
 from a2v.kinematics import bone_lengths, forward_kinematics, skeleton_of
+from a2v.lab.motion.networks import DECODERS, VAESettings
+from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import MotionModel
-from a2v.motion.networks import DECODERS, VAESettings
-from a2v.motion.vae import MotionVAE
 from a2v.types import Motion
 from export import sample as sample_script
 from export.motion import cool, export_motion

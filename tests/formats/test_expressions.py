@@ -29,7 +29,8 @@ def morphed(file: Glb, name: str, attribute: str = "POSITION") -> np.ndarray:
     accessor = file.json["accessors"][target]
     sparse, dense = accessor["sparse"], np.zeros((accessor["count"], 3), np.float32)
     views = [file.json["bufferViews"][sparse[part]["bufferView"]]["byteOffset"] for part in ("indices", "values")]
-    index = np.frombuffer(file.blob, np.uint32, sparse["count"], views[0])
+    kind = {5123: np.uint16, 5125: np.uint32}[sparse["indices"]["componentType"]]
+    index = np.frombuffer(file.blob, kind, sparse["count"], views[0])
     assert (np.diff(index.astype(np.int64)) > 0).all()
     dense[index] = np.frombuffer(file.blob, np.float32, 3 * sparse["count"], views[1]).reshape(-1, 3)
     return dense

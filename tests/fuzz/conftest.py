@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.configuration import set_hypothesis_home_dir
 
-from tests.support.hostile import COUNT, TALLY
+from tests.support.hostile import COUNT, TALLIES, Tally
 
 settings.register_profile(
     "a2v", max_examples=COUNT or 40, derandomize=not COUNT, database=None, deadline=None, suppress_health_check=list(HealthCheck)
@@ -19,7 +21,15 @@ set_hypothesis_home_dir(tempfile.gettempdir())
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say how much was tried."""
-    if TALLY.cases:
-        terminalreporter.write_line(
-            f"{TALLY.cases:,} hostile inputs: the slowest took {TALLY.slowest:.1f} s of processor time, none more than {TALLY.megabytes:.0f} MB"
-        )
+    whole = Tally()
+    for tally in TALLIES.values():
+        whole.add(tally)
+    if not whole.cases:
+        return
+    said = f"{whole.cases:,} hostile inputs: {whole.refused:,} refused in a sentence, the slowest took {whole.slowest:.1f} s of processor time, none more than {whole.megabytes:.0f} MB"
+    terminalreporter.write_line(said)
+    if path := os.environ.get("A2V_FUZZ_REPORT"):
+        failed = [report.nodeid.split("::")[-1] for report in terminalreporter.stats.get("failed", [])]
+        rows = [f"| {name} | {one.cases:,} | {one.refused:,} | {one.slowest:.2f} | {one.megabytes:.0f} |" for name, one in sorted(TALLIES.items())]
+        head = ["| test | inputs | refused | slowest, s | MB at most |", "| --- | ---: | ---: | ---: | ---: |"]
+        Path(path).write_text("\n".join([f"{said}; failed: {', '.join(failed) or 'none'}.", "", *head, *rows, ""]), encoding="utf-8")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import importlib
-import io
 import json
+import os
 import tempfile
 from pathlib import Path
 from types import ModuleType
@@ -16,21 +14,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from a2v.errors import A2VError
 from pipelines.batch.rows import read_rows
 from pipelines.batch.tasks import Planner
-from pipelines.cli import COMMANDS, main
-from pipelines.inputs import LookOptions, MovingStages
-from pipelines.motion_options import MotionOptions
+from pipelines.cli import every_command, load_command
+from pipelines.engine.store import Store
 from pipelines.options import actions_of, parse
-from pipelines.store import Store
-from tests.support.hostile import COUNT, NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
+from pipelines.requests.video import VideoRequest
+from tests.support.commands import end
+from tests.support.hostile import COUNT, FEW, NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = sorted(path.stem for path in (ROOT / "pipelines" / "commands").glob("*.py") if path.stem.split("_")[0] in COMMANDS)
+MODULES = [name.replace(" ", "_") for name in every_command()]
+PIPE = str(Path(tempfile.mkdtemp()) / "pipe")
+"""A pipe into which nobody writes."""
+os.mkfifo(PIPE)
 WORDS = st.one_of(
     st.sampled_from(
-        ["", "-", "--", "a" * 5000, "/dev/zero", "/", "..", "null", "[]", "{}", "1,2", "nan", "1_000", "٣", "0x10", "!!python/name:os"]
+        ["", "-", "--", "a" * 5000, "/dev/zero", "/proc/self/mem", PIPE, "/", "..", "null", "[]", "{}", "1,2", "nan", "1_000", "٣", "0x10", "!!python/name:os"]
     ),
     TEXTS,
     NUMBERS.map(lambda number: str(number) if abs(number) != 10**400 else "1" + "0" * 400),
@@ -39,7 +39,7 @@ WORDS = st.one_of(
 
 
 def command(name: str) -> ModuleType:
-    return importlib.import_module(f"pipelines.commands.{name}")
+    return load_command(name)
 
 
 @functools.cache
@@ -55,7 +55,7 @@ def given_options(draw: st.DrawFn, names: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
-@settings(max_examples=COUNT or 4)
+@settings(max_examples=COUNT // 4 or 4)
 @given(data=st.data())
 def test_options(name, data):
     module = command(name)
@@ -63,19 +63,10 @@ def test_options(name, data):
     owes_a_sentence(lambda: parse(module.Options, words, command=name, about="", examples=""))
 
 
-def end(words: list[str]) -> None:
-    """Run a command to its end in a folder of its own; it succeeds, or says one sentence."""
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
-        code = main(words)
-    assert code in (0, 2)
-    if code:
-        raise A2VError(said.getvalue().strip().split("\n")[-1])
-
-
 MOTION = [name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")]
 
 
+@settings(max_examples=FEW)
 @given(given_options(MOTION))
 def test_motions(words):
     with tempfile.TemporaryDirectory() as folder:
@@ -87,6 +78,7 @@ VIDEO = ["--action", "--model", "--motion", "--frames", "--fps", "--seed", "--vi
          "--render-seed", "--mask", "--keypoints", "--photo"]  # fmt: skip
 
 
+@settings(max_examples=FEW)
 @given(given_options(VIDEO))
 def test_videos_as_far_as_their_motion(words):
     with tempfile.TemporaryDirectory() as folder:
@@ -117,8 +109,8 @@ def test_tables_of_jobs(table):
         (Path(folder) / "me.jpg").write_bytes((ROOT / "a2v/samples/person.jpg").read_bytes())
 
         def plan() -> None:
-            planner = Planner(Store(Path(folder) / "store"), MovingStages())
-            for job in map(planner.job, read_rows(path, MotionOptions(frames=4), LookOptions(size=64))):
+            planner = Planner(Store(Path(folder) / "store"))
+            for job in map(planner.job, read_rows(path, VideoRequest.of(photo="", frames=4, size=64))):
                 assert "\n" not in job.row.problem
                 assert (Path(folder) / job.name).parent == Path(folder)
 

@@ -18,22 +18,23 @@ from hypothesis import strategies as st
 from PIL import Image as Pictures
 
 from a2v.body.smpl import JOINTS, SmplModel
-from a2v.datasets.arrays_pickle import read_arrays_pickle
-from a2v.datasets.base import FileSource
-from a2v.evaluation.liquid_warp import read_face_texture
-from a2v.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
 from a2v.formats import read_bvh, read_motion, write_bvh
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
 from a2v.kinematics import CMU
+from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
+from a2v.lab.datasets.base import FileSource
+from a2v.lab.evaluation.liquid_warp import read_face_texture
+from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
+from a2v.lab.studio.avatar_files import load_avatar
+from a2v.lab.studio.makehuman.assets import Archive
 from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras
 from a2v.rendering.looks import read_look
-from a2v.studio.avatar_files import load_avatar
-from a2v.studio.makehuman.assets import Archive
-from a2v.types import Body, Character, Motion, OrthographicCamera, RenderSettings, Subject, Surface
+from a2v.types import Body, Character, Motion, OrthographicCamera, PhotoCamera, RenderSettings, Subject, Surface
 from pipelines.cli import main
 from pipelines.nodes.values import Blob, Pose, Poses
+from tests.support.glb import glb
 from tests.support.hostile import bundles, edited, owes_a_sentence, retold, trees
 from tests.support.motions import person
 
@@ -66,6 +67,7 @@ BODY = Body(
 RECORDS = (
     MOTION,
     OrthographicCamera(scale=2.0, center_u=1.0, center_v=1.0),
+    PhotoCamera(flat=OrthographicCamera(scale=2.0, center_u=1.0, center_v=1.0), distance=2.0, pitch=0.1),
     Subject(image=np.zeros((4, 4, 3), np.uint8), mask=np.zeros((4, 4), np.float32), keypoints=np.zeros((33, 3), np.float32),
             keypoints_3d=np.zeros((33, 3), np.float32), crop=(0, 0, 4, 4), photo_size=(4, 4)),
     SURFACE,
@@ -279,13 +281,6 @@ def test_surveys(key, answers):
         survey_table(analyse(found := read_key(path), [read_answers(path.with_suffix(".a"), found)]))
 
     written(json.dumps(key), ".json", read)
-
-
-def glb(tree: Any, binary: bytes) -> bytes:
-    text = json.dumps(tree).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(binary).to_bytes(4, "little") + b"BIN\0" + binary
-    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks
 
 
 SCENE = {

@@ -12,13 +12,14 @@ import torch
 from a2v.errors import InputError
 from a2v.kinematics import CMU, HUMANACT12, SKELETONS, bone_lengths, forward_kinematics
 from a2v.kinematics.ground import heading
+from a2v.lab.datasets.generated import generated_dataset
+from a2v.lab.motion.flow import FlowModel, FlowNetwork
+from a2v.lab.motion.networks import VAESettings
+from a2v.lab.motion.vae import MotionVAE
+from a2v.lab.motion.windows import WindowCodec
 from a2v.motion import MotionModel
-from a2v.motion.applications import between, generated_dataset, interpolate, matching_actions, on_skeleton, outpaint, sample_each
-from a2v.motion.flow import FlowModel, FlowNetwork
-from a2v.motion.networks import VAESettings
+from a2v.motion.applications import between, interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.placement import body_parts, leg_length
-from a2v.motion.vae import MotionVAE
-from a2v.motion.windows import WindowCodec
 from a2v.types import Motion
 from export.flow import export_flow
 from export.motion import export_motion

@@ -14,7 +14,7 @@ from a2v.kinematics.ground import ground_path
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
-from a2v.motion.edit import Edit, air_seconds, change_speed, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
+from a2v.motion.edit import Edit, air_seconds, change_speed, edited, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.prompts import Step
 from a2v.types import Motion
@@ -53,7 +53,9 @@ def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
 
 
 def test_a_cycle_of_somebody_who_first_stands_moves() -> None:
-    clip = make_motion(MotionModel.load("cmu-fine"), [Step(action="Walk")], frames=150, fps=30.0)
+    walk = sampled("Walk")
+    stands = {name: np.concatenate([np.repeat(getattr(walk, name)[:1], 40, axis=0), getattr(walk, name)]) for name in ("joints", "rotations", "root")}
+    clip = dataclasses.replace(walk, **stands)
     speed = [np.linalg.norm(np.diff(motion.joints, axis=0), axis=-1).mean(-1) for motion in (clip, make_loop(clip))]
     assert speed[0][:15].mean() < 0.3 * speed[0].max()
     assert speed[1].mean() > speed[0].mean()
@@ -78,7 +80,7 @@ def test_rounds_of_a_loop_go_on_from_one_another() -> None:
 @pytest.mark.parametrize("in_place", [False, True])
 def test_a_loop_closes_on_a_rig_whose_feet_were_cleaned_on_the_way(in_place: bool) -> None:
     body = make_body(load_body_model(), grounded=True)
-    loop = make_loop(sampled("Walk"))
+    loop = edited(sampled("Walk", seed=2), Edit(loop=True))
     moves = retarget_edited(loop, body, Edit(loop=True, in_place=in_place))
     assert len(moves) == loop.frames
     where = moves[:, 0, :3, 3]
@@ -87,7 +89,8 @@ def test_a_loop_closes_on_a_rig_whose_feet_were_cleaned_on_the_way(in_place: boo
     if in_place:
         rounds = np.concatenate([moves[..., :3, 3]] * 2)
         accelerations = acceleration(rounds, loop.fps)
-        assert np.percentile(accelerations[loop.frames - 2 : loop.frames], 95) <= 1.2 * np.percentile(accelerations[: loop.frames - 2], 95)
+        each = np.percentile(accelerations[: loop.frames], 95, axis=1)  # of a frame: a foot may be set down just where the clip repeats
+        assert each[-2:].max() <= each[:-2].max()
     else:
         plain = retarget(loop, body)
         np.testing.assert_allclose(where[0, [0, 2]], plain[0, 0, [0, 2], 3], atol=0.02)

@@ -53,7 +53,7 @@ def test_landmarks_keep_the_persons_proportions() -> None:
 
 def test_the_surer_of_two_counts() -> None:
     """A left wrist that the two see 20 cm apart, in the picture and in depth, is where the surer one sees it, with less confidence."""
-    body = random_body(5)
+    body = random_body(5, bend_legs=True)
     subject, camera = subject_of(body)
     found = bodymap_of(body, camera, 480)
     moved = found.landmarks.copy()
@@ -72,6 +72,19 @@ def test_the_surer_of_two_counts() -> None:
     scales = np.full((33, 2), 0.01 * 1.7 * camera.scale, np.float32)
     between = bm.mended(subject.keypoints, subject.keypoints_3d, dataclasses.replace(found, landmarks=near, landmark_scales=scales))[0]
     assert 0.2 < (between[15, 0] - subject.keypoints[15, 0]) / (0.03 * camera.scale) < 0.8
+
+
+def test_of_who_stands_the_detector_knows_the_depths() -> None:
+    body = random_body(5)
+    subject, camera = subject_of(body)
+    found = bodymap_of(body, camera, 480)
+    moved = found.landmarks.copy()
+    moved[15] += np.array([0.02, 0.0, 0.2]) * camera.scale
+    sure = np.full_like(found.landmark_scales, 0.5)
+    keypoints, places = bm.mended(subject.keypoints, subject.keypoints_3d, dataclasses.replace(found, landmarks=moved, landmark_scales=sure))
+    np.testing.assert_allclose(places[15, 2] - places[16, 2], subject.keypoints_3d[15, 2] - subject.keypoints_3d[16, 2], atol=0.03)
+    assert keypoints[15, 0] - subject.keypoints[15, 0] > 0.015 * camera.scale  # where it is seen the map says all the same
+
 
 
 def test_keypoints_of_the_users_stay() -> None:

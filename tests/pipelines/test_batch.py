@@ -17,7 +17,7 @@ from pipelines.batch import schedule, tasks
 from pipelines.batch.results import write_tables
 from pipelines.batch.schedule import SeparateWorkers, Watch
 from pipelines.batch.tasks import Result, Task, perform
-from pipelines.store import Store
+from pipelines.engine.store import Store
 from tests.support.batches import batch, dies_once, drive, task
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +38,7 @@ def made(tmp_path_factory) -> tuple[Path, Path]:
     jobs = folder / "jobs.csv"
     jobs.write_text(
         "name,photo,action,seed\nwalk,me.jpg,Walk,0\njump,me.jpg,Jump,1\nagain,me.jpg,Walk,0\npoisoned,poisoned.jpg,Walk,0\n"
-        "missing,nobody.jpg,Walk,0\nunknown,me.jpg,Fly,0\n"
+        "missing,nobody.jpg,Walk,0\nunknown,me.jpg,Quidditch,0\n"
     )
     assert batch(jobs, folder / "out") == 0
     return jobs, folder / "out"
@@ -51,7 +51,7 @@ def test_what_fails_stops_nothing_and_is_told(made):
         "walk": "done", "jump": "done", "again": "done", "poisoned": "failed", "missing": "failed", "unknown": "failed",
     }  # fmt: skip
     assert "does not exist" in found["missing"]["problem"]
-    assert "'Fly'" in found["unknown"]["problem"]
+    assert "'Quidditch'" in found["unknown"]["problem"]
     assert "damaged" in found["poisoned"]["problem"]
     assert not any(record["trace"] for record in found.values())
     for name in ("walk", "jump", "again"):

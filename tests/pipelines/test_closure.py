@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pipelines.closure import PROJECT, Sources, imports_in, imports_of, parse
-from pipelines.graph import Step, video_graph
+from pipelines.engine.closure import PROJECT, Sources, imports_in, imports_of, parse
+from pipelines.engine.graph import Step
+from pipelines.graph import video_graph
 
 ROOT = Path(__file__).resolve().parents[2]
 _NO_NODES = ("pipelines/serve/page/", "a2v/motion/browser/", "a2v/rendering/looks/", "export/blender/")
@@ -92,14 +93,14 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
     ("file", "changed", "kept"),
     [
         ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored", "camera", "clip"}),
-        ("a2v/studio/lighting.py", set(), set(STEPS)),
+        ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
         ("a2v/geometry/rays.py", {"surface", "colored", "photo_body", "body"}, {"motion", "frame", "posed"}),
         ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "posed"}),
         ("a2v/sessions.py", {"motion", "surface", "subject"}, {"frame", "photo_body"}),
         ("a2v/perception/data/depth_correction.npz", {"subject"}, set(STEPS) - {"subject"}),
         ("a2v/perception/data/bodymap.onnx", {"subject"}, set(STEPS) - {"subject"}),
         ("a2v/body/data/pose_prior_anny.npz", {"photo_body", "body"}, {"surface", "poses"}),
-        ("a2v/motion/training.py", set(), set(STEPS)),
+        ("a2v/lab/motion/training.py", set(), set(STEPS)),
         ("a2v/version.py", {"glb", "still"}, {"surface", "motion"}),  # the writer names it
         ("a2v/animation/__init__.py", set(), set(STEPS)),  # it only passes names on
         ("pipelines/cli.py", set(), set(STEPS)),
@@ -129,7 +130,7 @@ def test_every_data_file_is_known_to_some_module():
             known |= set(sources._data_named(path.read_text(), path.relative_to(ROOT).as_posix()))
     data = {path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"}
     data = {name for name in data if not name.startswith(_NO_NODES)}
-    assert data - known == {"a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
+    assert data - known == {"a2v/motion/words.licence.txt", "a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
 
 
 # --- the rules, on a small project

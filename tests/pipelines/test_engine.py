@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError, MissingDependencyError
-from pipelines.executors import open_executor
-from pipelines.graph import Step, build, downstream_of, inputs_of, needed_for, topological
-from pipelines.memo import memo, plain
-from pipelines.progress import Update
-from pipelines.run import Outcome, run
-from pipelines.store import Ref, Store, get, put
+from pipelines.engine.executors import open_executor
+from pipelines.engine.graph import Step, build, downstream_of, inputs_of, needed_for, topological
+from pipelines.engine.memo import memo, plain
+from pipelines.engine.progress import Update
+from pipelines.engine.run import Outcome, run
+from pipelines.engine.store import Ref, Store, get, put
 from tests.support import numbers
 from tests.support.numbers import GRAPH, Numbers, Scale, Words, expected
 
@@ -224,7 +224,7 @@ def test_keys_refuse_what_has_no_content():
 
 
 def test_files_count_by_their_content(tmp_path):
-    from pipelines.store import File
+    from pipelines.engine.store import File
 
     for name, text in [("a", "x"), ("b", "x"), ("c", "y")]:
         (tmp_path / name).write_text(text)
@@ -284,8 +284,8 @@ def script(tmp_path: Path, body: str) -> list[str]:
 
 JOB = """
 import sys
-from pipelines.run import run
-from pipelines.store import Store
+from pipelines.engine.run import run
+from pipelines.engine.store import Store
 from tests.support.numbers import *
 outcome = run("total", graph=GRAPH, store=Store({store!r}), executor={executor!r}, workers=2, length={length}, scale=Scale(), views=(10, 20, 30), wait={wait})
 print(outcome.get("total", Numbers).values[0])
@@ -347,8 +347,8 @@ from a2v.types import Record
 from dataclasses import dataclass
 from pathlib import Path
 import numpy as np
-from pipelines.memo import memo
-from pipelines.store import Ref, put, get
+from pipelines.engine.memo import memo
+from pipelines.engine.store import Ref, put, get
 from tests.support.numbers import Numbers, _log
 
 @memo()
@@ -369,9 +369,9 @@ def test_an_edit_of_the_code_runs_that_node_again(store, tmp_path):
         sys.dont_write_bytecode = True
         from first import *
         from second import *
-        from pipelines.graph import Step
-        from pipelines.run import run
-        from pipelines.store import Store
+        from pipelines.engine.graph import Step
+        from pipelines.engine.run import run
+        from pipelines.engine.store import Store
         outcome = run("second", graph=(Step(first, "first"), Step(second, "second")), store=Store({str(store.folder)!r}), executor="serial", n=3)
         print(outcome.get("second", Numbers).values.sum())
         """,
@@ -444,3 +444,25 @@ def test_an_error_ends_the_workers(tmp_path):
         process = pool.submit(os.getpid).result()
         raise InputError("stop")
     assert not Path(f"/proc/{process}").exists() or "Z" in Path(f"/proc/{process}/stat").read_text().split()[2]
+
+
+def test_early_outputs_are_told_before_the_others_and_computed_once(store):
+    told = []
+
+    def tell(name):
+        return lambda outcome: told.append((name, answer_of(outcome, name), computed(outcome)))
+
+    def answer_of(outcome, name):
+        return outcome.get(name, Numbers).values.tolist() if name == "base" else len(outcome.values[name])
+
+    outcome = go(store, early={"base": tell("base"), "square": tell("square")})
+    assert [name for name, _, _ in told] == ["base", "square"]
+    assert told[1][1] == 4
+    assert told[0][2] == {"base": 1}
+    assert told[1][2] == {"base": 1, "item": 1, "square": 4}
+    assert answer(outcome) == expected(4, 2.0, VIEWS)
+    assert computed(outcome) == {"base": 1, "item": 1, "square": 4, "shift": 1, "cell": 12, "column": 3, "total": 1}
+    assert all(stats.calls == 1 or name in ("square", "cell", "column") for name, stats in outcome.nodes.items())
+    again = go(store, early={"base": tell("base")}, start="square")
+    assert "base" not in computed(again)
+    assert computed(again)["square"] == 4

@@ -17,12 +17,12 @@ import pytest
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path
-from pipelines import executors
-from pipelines.executors import open_executor
-from pipelines.graph import Step
-from pipelines.memo import memo
-from pipelines.run import run
-from pipelines.store import Ref, Store, get
+from pipelines.engine import executors
+from pipelines.engine.executors import open_executor
+from pipelines.engine.graph import Step
+from pipelines.engine.memo import memo
+from pipelines.engine.run import run
+from pipelines.engine.store import Ref, Store, get
 from tests.support.numbers import GRAPH, Numbers, Scale
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,7 +72,10 @@ def test_an_address_where_no_scheduler_is_takes_one_line(tmp_path, monkeypatch, 
     pytest.importorskip("distributed")
     monkeypatch.setattr(executors, "CONNECT_SECONDS", 2.0)
     begun = time.monotonic()
-    with pytest.raises(InputError, match="no Dask scheduler answers") as caught, open_executor("dask", address=address.format(port=free_port())):
+    with (
+        pytest.raises(InputError, match="no Dask scheduler answers") as caught,
+        open_executor("dask", address=address.format(port=free_port())),
+    ):
         pass
     assert "\n" not in str(caught.value)
     assert time.monotonic() - begun < 15
@@ -87,10 +90,15 @@ def test_a_scheduler_that_dies_is_explained(tmp_path):
     scheduler = subprocess.Popen(
         [sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"], **begin
     )
-    worker = subprocess.Popen([sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin)
+    worker = subprocess.Popen(
+        [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny"], **begin
+    )
     try:
         threading.Timer(12.0, scheduler.kill).start()
-        with pytest.raises(A2VError, match=r"scheduler at .* stopped answering") as caught, open_executor("dask", address=address) as executor:
+        with (
+            pytest.raises(A2VError, match=r"scheduler at .* stopped answering") as caught,
+            open_executor("dask", address=address) as executor,
+        ):
             go(slow, Store(tmp_path / "store"), executor)
         assert "\n" not in str(caught.value)
     finally:

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from a2v.rendering import read_video, write_video
+from pipelines.engine.progress import Pace
 from pipelines.outputs import write_shared
-from pipelines.progress import Pace
 
 
 def test_time_left_leaves_out_the_start_and_is_right_from_the_tenth_frame_on() -> None:

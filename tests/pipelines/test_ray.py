@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from a2v.io import sha256
-from pipelines.executors import RayExecutor
-from pipelines.store import Store, default_folder
+from pipelines.engine.executors import RayExecutor
+from pipelines.engine.store import Store, default_folder
 from tests.support.batches import batch, dies_once, drive, task
 
 pytest.importorskip("ray", reason="needs a2v[ray]")

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from a2v.errors import A2VError, InputError, MissingDependencyError
-from pipelines import remote
-from pipelines.remote import Remote
-from pipelines.run import run
-from pipelines.store import LostObjectError, Store
+from pipelines.engine import remote
+from pipelines.engine.remote import Remote
+from pipelines.engine.run import run
+from pipelines.engine.store import LostObjectError, Store
 from tests.support.numbers import GRAPH, Numbers, Scale, expected
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -126,7 +126,9 @@ def dask(tmp_path: Path) -> Iterator[str]:
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     begin = [[sys.executable, "-c", code.format("dask_scheduler"), "--host", address, "--no-dashboard", "--no-show"]]
     for name in ("w1", "w2"):
-        begin.append([sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", name])
+        begin.append(
+            [sys.executable, "-c", code.format("dask_worker"), address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--name", name]
+        )
     processes = []
     for place, words in enumerate(begin):
         folder = tmp_path / f"machine{place}"
@@ -152,7 +154,7 @@ def test_workers_without_a_shared_folder_give_the_same(machines, dask, tmp_path)
 
 
 def test_a_worker_with_other_code_says_so(tmp_path):
-    from pipelines.memo import Bound
+    from pipelines.engine.memo import Bound
     from tests.support import numbers
 
     with pytest.raises(A2VError, match="other code for 'base'"):
@@ -198,5 +200,3 @@ def test_s3_keeps_what_machines_share(s3, tmp_path, monkeypatch):
     assert all(stats.cached == stats.calls for stats in second.nodes.values())
     assert second.get("total", Numbers).values[0] == expected(3, 2.0, VIEWS)
     assert first.values["total"] == second.values["total"]
-
-

@@ -11,9 +11,9 @@ from a2v.errors import InputError
 from pipelines.batch import rows
 from pipelines.batch.rows import Row, read_rows
 from pipelines.batch.tasks import Planner, folder_name
-from pipelines.inputs import LookOptions, MovingStages
-from pipelines.motion_options import AUTO, MotionOptions, motion_inputs
-from pipelines.store import Store
+from pipelines.engine.store import Store
+from pipelines.requests.motion import MotionRequest
+from pipelines.requests.video import VideoRequest
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 
@@ -21,7 +21,7 @@ SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 def read(tmp_path: Path, text: str | bytes, name: str = "jobs.csv") -> list[Row]:
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_rows(path, MotionOptions(frames=8, seed=5), LookOptions(size=64))
+    return read_rows(path, VideoRequest.of(photo="", frames=8, seed=5, size=64))
 
 
 def test_csv_and_yaml_say_the_same(tmp_path):
@@ -34,9 +34,10 @@ def test_csv_and_yaml_say_the_same(tmp_path):
         "jobs.yaml",
     )
     assert table == listed
-    assert table[0].photo == str(tmp_path / "me.jpg")
-    assert (table[0].motion.seed, table[0].look.render_seed, table[0].motion.fps, table[0].look.denoise) == (3, 7, 12.5, False)
-    assert (table[1].motion.seed, table[1].motion.frames, table[1].look.size) == (5, 8, 64)
+    first, second = (row.request for row in table)
+    assert first.person.photo == str(tmp_path / "me.jpg")
+    assert (first.motion.seed, first.film.render_seed, first.motion.fps, first.film.denoise) == (3, 7, 12.5, False)
+    assert (second.motion.seed, second.motion.frames, second.film.size) == (5, 8, 64)
 
 
 @pytest.mark.parametrize(
@@ -70,13 +71,13 @@ def test_a_row_takes_an_action_in_words_as_the_command_does(tmp_path):
     shutil.copy(SAMPLE, tmp_path / "me.jpg")
     table = read(tmp_path, 'photo,action,seed\nme.jpg,"walking slowly, then jump",1\nme.jpg,"Walk,Jump",1\nme.jpg,juggle fire,1\n')
     listed = read(tmp_path, "- {photo: me.jpg, action: [walking slowly, then jump], seed: 1}\n", "jobs.yaml")
-    planner = Planner(Store(tmp_path / "store"), MovingStages())
+    planner = Planner(Store(tmp_path / "store"))
     prompt, plain, nonsense, same = map(planner.job, [*table, *listed])
-    expected = motion_inputs(action="walking slowly, then jump", model=AUTO, frames=8)
+    expected = MotionRequest(action="walking slowly, then jump", frames=8).resolve().parameters
     assert prompt.tasks[1].parameters["steps"] == expected["steps"]
     assert [step.action for step in expected["steps"]] == ["Walk slowly", "Jump"]
     assert "walking slowly" in " ".join(prompt.notes)
-    assert plain.notes == ()
+    assert plain.notes == ("'Walk' is taken for Walk [motion_cmu]", "'Jump' is taken for Jump [motion_cmu]")
     assert prompt.tasks[0].key == plain.tasks[0].key
     assert prompt.tasks[1].key == same.tasks[1].key != plain.tasks[1].key
     assert "juggle" in nonsense.row.problem
@@ -100,7 +101,7 @@ def test_a_bad_cell_is_the_problem_of_its_row(tmp_path, cell):
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "..", "/root", "a/b\\c", ".", "~", "‮gpj", "x" * 500, "CON", "a\nb"])
 def test_names_of_folders_are_ours(name):
-    row = Row(number=1, name=name, photo="../me.jpg", motion=MotionOptions(action="../Walk"), look=LookOptions())
+    row = Row(number=1, name=name, request=VideoRequest.of(photo="../me.jpg", action="../Walk"))
     found = folder_name(row, None)
     assert Path(found).name == found
     assert found.replace("-", "").isalnum()

@@ -9,9 +9,9 @@ import pytest
 
 from a2v.rendering import read_video
 from a2v.types import RenderSettings
+from pipelines.engine.store import Store
 from pipelines.nodes.values import Blob, Image, Poses
 from pipelines.run import run
-from pipelines.store import Store
 
 
 @pytest.mark.parametrize("titles", [False, True])

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from a2v.errors import InputError
-from pipelines.run import run
-from pipelines.store import Store
+from pipelines.engine.run import run
+from pipelines.engine.store import Store
 from tests.support.numbers import GRAPH, Numbers, Scale, expected
 
 VIEWS = (10, 20)
@@ -43,6 +43,19 @@ def test_a_store_that_others_can_write_is_refused(store, part):
     go(store)
     (store.folder / part).chmod(0o777)
     with pytest.raises(InputError, match=r"can be written by every user.*A2V_SHARED_STORE=1"):
+        go(store)
+
+
+@pytest.mark.parametrize("mode", [0o700, 0o755])
+def test_folders_deep_in_a_store_are_looked_at_where_others_may_enter_it(store, mode):
+    go(store)
+    (store.folder / "objects").chmod(0o755)
+    next((store.folder / "objects").iterdir()).chmod(0o777)
+    store.folder.chmod(mode)
+    if mode == 0o700:
+        go(store)
+        return
+    with pytest.raises(InputError, match=r"objects/.. can be written by every user"):
         go(store)
 
 

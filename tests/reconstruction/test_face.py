@@ -19,29 +19,11 @@ from a2v.reconstruction.face.build import _Bend, _facing, _posed
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.face.patch import face_patch
 from a2v.reconstruction.face.places import RIGHT_EYE, placing_points
-from a2v.types import Body, Character, Face, OrthographicCamera, Reconstruction, Subject, Surface
-from tests.support.subjects import blank_subject
+from a2v.types import Body, Character, Face, Reconstruction, Surface
+from tests.support.faces import CAMERA, photographed
 from tests.support.surfaces import coated
 
-CAMERA = OrthographicCamera(scale=2048 / 1.8, center_u=1024.0, center_v=1990.0)
 BOTH_LIDS = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
-
-
-def photographed(body: Body, *, turned: float = 0.0) -> Subject:
-    """A person whose face is that of `body`, but for brows 4 mm higher and eyes 3 mm wider apart."""
-    ids, weights = face_landmarks()
-    points = np.einsum("kc,kcd->kd", weights, body.vertices[ids].astype(np.float64))
-    middle = points[:, :2].mean(axis=0)
-    points[:, 0] += 0.0015 * np.tanh((points[:, 0] - middle[0]) / 0.02)
-    points[:, 1] += 0.004 * np.clip((points[:, 1] - middle[1]) / 0.06, 0, 1)
-    away = points - points.mean(axis=0)
-    cosine, sine = np.cos(np.radians(turned)), np.sin(np.radians(turned))
-    points[:, 0], points[:, 2] = (
-        points[:, 0] - away[:, 0] + cosine * away[:, 0] + sine * away[:, 2],
-        cosine * away[:, 2] - sine * away[:, 0],
-    )
-    face = np.concatenate([CAMERA.project(points), CAMERA.scale * points[:, 2:]], axis=1)
-    return blank_subject(2048, face=face.astype(np.float32))
 
 
 @pytest.fixture(scope="module")

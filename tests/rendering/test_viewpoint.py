@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from a2v.lab.studio.solid import PhotoFrame
 from a2v.rendering.viewpoint import DISTANCE, HEIGHT, Viewpoint, as_seen, find_viewpoint, perspective_camera, soles_slope, told_distance
-from a2v.studio.solid import PhotoFrame
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
 CAMERA = OrthographicCamera(scale=100.0, center_u=90.0, center_v=230.0)

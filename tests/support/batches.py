@@ -12,8 +12,8 @@ from pipelines.batch import schedule, tasks
 from pipelines.batch.schedule import Schedule
 from pipelines.batch.tasks import Result, Task
 from pipelines.cli import main
+from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions
-from pipelines.store import Store
 
 SMALL = ["--frames", "2", "--views", "front", "--size", "48", "--spp", "1", "--executor", "serial", "--quiet"]
 

@@ -9,7 +9,7 @@ from a2v.body import JOINT_BONES, AnnyModel, FitResult, load_body_model, make_bo
 from a2v.body.pose_space import pose_space
 from a2v.body.silhouette import rasterize
 from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
-from a2v.types import Body, OrthographicCamera, Subject
+from a2v.types import Body, OrthographicCamera, PhotoCamera, Subject
 
 
 def landmarks_of(model: AnnyModel, body: Body) -> np.ndarray:
@@ -59,6 +59,24 @@ def subject_of(
         keypoints_3d=points_3d.astype(np.float32),
         crop=(0, 0, size[0], size[1]),
         photo_size=size,
+    )
+    return subject, camera
+
+
+def near_view(body: Body, *, distance: float, pitch: float) -> tuple[Subject, PhotoCamera]:
+    """A body as a perspective camera sees it (`subject_of` is orthographic)."""
+    middle = body.vertices.mean(axis=0)
+    flat = OrthographicCamera(scale=230.0, center_u=240.0, center_v=240.0 + 230.0 * float(middle[1]))
+    camera = PhotoCamera(flat=flat, aim=(0.0, float(middle[1]), 0.0), distance=distance, pitch=pitch)
+    points = landmarks_of(load_body_model("anny"), body)
+    mask = rasterize(camera.flatten(body.vertices), body.faces, flat, (480, 480))["mask"]
+    subject = Subject(
+        image=np.full((480, 480, 3), 128, np.uint8),
+        mask=mask.astype(np.float32),
+        keypoints=np.concatenate([camera.project(points), np.ones((33, 1))], axis=1).astype(np.float32),
+        keypoints_3d=(points - points[[23, 24]].mean(axis=0)).astype(np.float32),
+        crop=(0, 0, 480, 480),
+        photo_size=(480, 480),
     )
     return subject, camera
 

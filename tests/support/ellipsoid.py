@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 
+from a2v.lab.studio.view import MAP_SIZE, View, encode_pictures
 from a2v.reconstruction.implicit.inputs import FRAME, GUIDE, GuideMaps, GuideMesh
-from a2v.studio.view import MAP_SIZE, View, encode_pictures
 from a2v.types import FloatArray, OrthographicCamera
 
 AXES = np.array([0.25, 0.85, 0.16])

@@ -26,6 +26,14 @@ def validator() -> Path:
     return npm_folder("gltf-validator", "gltf-validator@2.0.0-dev.3.10") / "node_modules"
 
 
+def glb(tree: Any, binary: bytes = b"") -> bytes:
+    """A binary glTF of a JSON value and a chunk of numbers."""
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(binary).to_bytes(4, "little") + b"BIN\0" + binary
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks
+
+
 def validate(path: Path, modules: Path) -> dict[str, Any]:
     command = ["node", str(ROOT / "tests" / "formats" / "validate_gltf.js"), str(modules), str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)

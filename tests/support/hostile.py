@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import os
 import resource
+import signal
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -19,21 +20,36 @@ from a2v.errors import A2VError
 
 SECONDS = 10.0
 MEGABYTES = 1000.0
+HANG = 60
+"""Seconds by the clock after which a reader that waits for something is stopped; the machine may be busy."""
+
+
+class Hang(BaseException):
+    """A reader that does not come back; no reader catches this."""
 
 
 @dataclass
 class Tally:
-    """What was tried so far: cases, the slowest one's seconds, and an upper bound of the memory that one of them took."""
+    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper bound of the memory that one of them took."""
 
     cases: int = 0
+    refused: int = 0
     slowest: float = 0.0
     megabytes: float = 0.0
+
+    def add(self, other: Tally) -> None:
+        """Count another one's cases too."""
+        self.cases, self.refused = self.cases + other.cases, self.refused + other.refused
+        self.slowest, self.megabytes = max(self.slowest, other.slowest), max(self.megabytes, other.megabytes)
 
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
 """Cases a reader that `make fuzz` asks for; 0 in the suite."""
+FEW = COUNT // 4 or 10
+"""Of those that take long: whole command lines."""
 
-TALLY = Tally()
+TALLIES: dict[str, Tally] = {}
+"""By the name of the test."""
 
 NUMBERS = st.one_of(
     st.sampled_from(
@@ -42,8 +58,11 @@ NUMBERS = st.one_of(
     st.integers(-100, 100),
     st.floats(-1e3, 1e3),
 )
+NESTED = "{a: &a0 {x: 1}, " + ", ".join(f"b{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 9)) + "}"
+YAML = ["<<: *a", "&a", "*a", "&a [*a, *a]", "{<<: {a: 1}}", NESTED, NESTED.replace("<<: ", "c: "), "1:1:1:1:1", "!!binary a", "? "]
+"""Merge keys, anchors, aliases, tags."""
 TEXTS = st.one_of(
-    st.sampled_from(["", "²", "\x1b[2J", "\ufeff", "a\nb", "a\0b", "ä", "\u202e", "{", "}", "[" * 50, "9" * 5000, "1e999"]),
+    st.sampled_from(["", "²", "\x1b[2J", "\ufeff", "a\nb", "a\0b", "ä", "\u202e", "{", "}", "[" * 50, "9" * 5000, "1e999", "\ud800", *YAML]),
     st.text(max_size=8),
 )
 VALUES = st.recursive(
@@ -56,18 +75,28 @@ VALUES = st.recursive(
 def owes_a_sentence(read: Callable[[], object]) -> None:
     """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within a gigabyte."""
     begun, said, before = time.process_time(), "a value", _resident()
+    old = signal.signal(signal.SIGALRM, _hang)
+    signal.alarm(HANG)
     try:
         read()
     except A2VError as error:
         said = str(error)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
     seconds = time.process_time() - begun  # the machine may be busy
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 - before
-    TALLY.cases, TALLY.slowest, TALLY.megabytes = TALLY.cases + 1, max(TALLY.slowest, seconds), max(TALLY.megabytes, megabytes)
+    test = os.environ.get("PYTEST_CURRENT_TEST", "").split("::")[-1].split(" ")[0]
+    TALLIES.setdefault(test, Tally()).add(Tally(1, int(said != "a value"), seconds, megabytes))
     assert said
     assert "\n" not in said
     assert len(said) < 1500
     assert seconds < SECONDS
     assert megabytes < MEGABYTES
+
+
+def _hang(number: int, frame: object) -> None:
+    raise Hang(f"nothing came back within {HANG} s")
 
 
 def _resident() -> float:

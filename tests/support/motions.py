@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 
-from a2v.datasets import ActionDataset
 from a2v.kinematics import CMU, Skeleton, forward_kinematics, inverse_kinematics
+from a2v.lab.datasets import ActionDataset
 from a2v.types import Motion
 
 

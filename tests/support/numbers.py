@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from a2v.record import Record
-from pipelines.graph import Step
-from pipelines.memo import measure, memo, note, progress
-from pipelines.store import Ref, get, put
+from pipelines.engine.graph import Step
+from pipelines.engine.memo import measure, memo, note, progress
+from pipelines.engine.store import Ref, get, put
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pipelines.engine.forget import ref_of
+from pipelines.nodes.values import Blob
+from pipelines.serve.records import Library, Photo
+from pipelines.serve.talk import ORIGINAL
+
 ROOT = Path(__file__).resolve().parents[2]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 
@@ -56,6 +61,13 @@ def find_browser() -> str:
     if found is None:
         pytest.skip(f"no browser found (looked for $CHROME, {', '.join(BROWSERS)})")
     return found
+
+
+def arrived(library: Library, data: bytes, title: str, **facts: Any) -> Photo:
+    """A photo in a library as if it had been sent and opened."""
+    folder = library.arriving()
+    (folder / ORIGINAL).write_bytes(data)
+    return library.add_photo(folder, title, {"width": 160, "height": 200, "digest": ref_of(Blob.of(data)).digest, **facts})
 
 
 class Server:

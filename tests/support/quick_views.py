@@ -7,8 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from a2v.studio.quick.settings import SHARD
-from a2v.studio.quick.views import MAP, PHOTO, QuickShard, QuickView, shard_path
+from a2v.lab.studio.quick.settings import SHARD
+from a2v.lab.studio.quick.views import MAP, PHOTO, QuickShard, QuickView, shard_path
 
 
 def invented_view(generator: np.random.Generator) -> QuickView:

@@ -10,6 +10,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.bvh.parsing import BvhFile
 from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray
 
 UNITS: dict[str, float] = {
@@ -123,12 +124,12 @@ def choose_scale(
     if height <= 0:
         raise InputError(f"{source}: the skeleton has no size; its bones have zero length")
     if not person:
-        likely = {name: abs(math.log(height * metres / 1.7)) for name, metres in UNITS.items()}
+        likely = {name: abs(math.log(height * metres / TYPICAL_HEIGHT)) for name, metres in UNITS.items()}
         best = min(likely, key=likely.__getitem__)
         return UNITS[best], best
     likely = {name: abs(math.log(height * metres / 1.65)) for name, metres in UNITS.items() if 0.9 <= height * metres <= 2.4}
     if not likely:
-        return 1.7 / height, f"unknown: a height of {height:.4g} scaled to 1.7 m"
+        return TYPICAL_HEIGHT / height, f"unknown: a height of {height:.4g} scaled to {TYPICAL_HEIGHT:g} m"
     best = min(likely, key=likely.__getitem__)
     return UNITS[best], best
 

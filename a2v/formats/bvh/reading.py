@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -77,9 +78,10 @@ def read_bvh(
     scale, unit = choose_scale(source, tree.offsets, tree.parents, tree.canonical, units, person)
     axis = up or guess_up_axis(tree.offsets, tree.parents, tree.canonical, world[:, tree.keep])
     facts = {"source": source, "units": unit, "scale": scale, "up": axis, "dropped_rest_frame": file.dropped}
-    motion = _motion(
-        tree, local, world, rotmats, scale=scale, to_y_up=y_up_rotmat(axis), fps=_fps(file.frame_time), action=action, facts=facts
-    )
+    to_y_up = y_up_rotmat(axis)
+    posed = _Posed(local=local, world=(world * scale) @ to_y_up.T, rotmats=to_y_up @ rotmats)
+    tree = dataclasses.replace(tree, offsets=np.round((tree.offsets * scale) @ to_y_up.T, 7))
+    motion = _motion(tree, posed, fps=_fps(file.frame_time), action=action, facts=facts)
     return motion if fps is None else resample_motion(motion, fps)
 
 
@@ -108,28 +110,27 @@ class _Tree:
         )
 
 
-def _motion(
-    tree: _Tree,
-    local: FloatArray,
-    world: FloatArray,
-    rotmats: FloatArray,
-    *,
-    scale: float,
-    to_y_up: FloatArray,
-    fps: float,
-    action: str,
-    facts: dict[str, Any],
-) -> Motion:
-    """A tree's motion in metres and y up, its joints in the order of the data set's skeleton where it is one."""
+@dataclass(frozen=True, kw_only=True)
+class _Posed:
+    """The file's N nodes over time: `local` (T, N, 3) places beside the parent in the file's axes and units, `world` (T, N, 3) places in
+    metres and `rotmats` (T, N, 3, 3) rotations, both y up."""
+
+    local: FloatArray
+    world: FloatArray
+    rotmats: FloatArray
+
+
+def _motion(tree: _Tree, posed: _Posed, *, fps: float, action: str, facts: dict[str, Any]) -> Motion:
+    """The motion of a tree with `offsets` in metres and y up, its joints in the order of the data set's skeleton where it is one."""
     known = _known_skeleton(tree.names, tree.parents)
     if known is not None:  # BVH lists joints depth first
         tree = tree.ordered([tree.names.index(name) for name in known.joint_names], known.parents.tolist())
     skeleton = known or skeleton_of("custom", tree.parents, tree.names)
-    joints = (world[:, tree.keep] * scale) @ to_y_up.T
-    bones = np.stack([to_y_up @ rotmats[:, bearer] for bearer in tree.bearers], 1)
+    joints = posed.world[:, tree.keep]
+    bones = np.stack([posed.rotmats[:, bearer] for bearer in tree.bearers], 1)
     to_offset = np.tile(np.eye(3), (len(joints), len(tree.keep), 1, 1))
     to_offset[:, 1:] = rotvec_to_rotmat(
-        swing_between(np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape), local[:, tree.keep[1:]])
+        swing_between(np.broadcast_to(skeleton.rest_directions[1:], joints[:, 1:].shape), posed.local[:, tree.keep[1:]])
     )
     return Motion(
         joints=joints.astype(np.float32),
@@ -141,7 +142,7 @@ def _motion(
         skeleton=skeleton.name,
         action=action,
         provenance=facts,
-        rest_offsets=np.round((tree.offsets * scale) @ to_y_up.T, 7),
+        rest_offsets=tree.offsets,
     )
 
 

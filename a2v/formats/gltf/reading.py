@@ -10,20 +10,26 @@ import io
 import json
 import os
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.io import read_bytes, shorten
+from a2v.io import brief, read_bytes, shorten
 from a2v.types import ByteArray, FloatArray
 
 MAX_FILE_BYTES = 128 << 20
 MAX_JSON_BYTES = 16 << 20
+MAX_ITEMS = 50_000
+"""Nodes, joints, accessors... of a file; characters have hundreds."""
+MAX_JOINTS = 2_000
+"""Of a skin, and levels of nodes; characters have some hundred."""
 MAX_ELEMENTS = 4_000_000
-MAX_IMAGE_SIDE = 8192
+MAX_STRIDE = 252
+"""Of a buffer view, bytes (glTF 2.0, section 5.11.4)."""
+MAX_IMAGE_SIDE = 4096
 
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -36,23 +42,41 @@ class Gltf:
     path: Path
     json: dict[str, Any]
     binary: bytes
+    _lists: dict[str, list[dict[str, Any]]] = field(default_factory=dict, repr=False, compare=False)
 
     def fail(self, what: str) -> InputError:
         """An error that names the file."""
-        return InputError(f"{self.path}: {what}; expected a binary glTF 2.0 of a skinned person")
+        return InputError(f"{self.path}: {shorten(what, 400)}; expected a binary glTF 2.0 of a skinned person")
 
     def items(self, kind: str) -> list[dict[str, Any]]:
         """The list `kind` ("nodes", "meshes", ...) of the file; empty where absent."""
-        value = self.json.get(kind, [])
-        if not isinstance(value, list) or any(not isinstance(entry, dict) for entry in value):
-            raise self.fail(f"'{kind}' is no list of objects")
+        if kind not in self._lists:
+            value = self.json.get(kind, [])
+            if not isinstance(value, list) or len(value) > MAX_ITEMS or any(not isinstance(entry, dict) for entry in value):
+                raise self.fail(f"'{kind}' is no list of at most {MAX_ITEMS} objects")
+            self._lists[kind] = value
+        return self._lists[kind]
+
+    def indices(self, kind: str, value: Any, name: str) -> list[int]:
+        """A list of places in the list `kind`, as "children" and "joints" are; `name` is what messages call it."""
+        if not isinstance(value, list) or len(value) > MAX_ITEMS:
+            raise self.fail(f"'{name}' is {brief(value)}, no list of {kind}")
+        for index in value:
+            self.item(kind, index)
         return value
+
+    def joints(self, skin: dict[str, Any]) -> list[int]:
+        """The nodes that are the joints of a skin, each once."""
+        joints = self.indices("nodes", skin.get("joints"), "joints")
+        if not 1 <= len(joints) <= MAX_JOINTS or len(set(joints)) < len(joints):
+            raise self.fail(f"a skin has {len(joints)} joints, or one twice; expected 1 to {MAX_JOINTS}")
+        return joints
 
     def item(self, kind: str, index: Any) -> dict[str, Any]:
         """Entry `index` of list `kind`."""
         entries = self.items(kind)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(entries):
-            raise self.fail(f"refers to {kind}[{index}] of {len(entries)}")
+            raise self.fail(f"refers to {kind}[{brief(index)}] of {len(entries)}")
         return entries[index]
 
     def view(self, index: Any) -> tuple[int, int, int]:
@@ -70,7 +94,9 @@ class Gltf:
         """
         accessor = self.item("accessors", index)
         count = self._count(accessor.get("count"), "count")
-        component, width = _COMPONENTS.get(accessor.get("componentType", 0)), _WIDTHS.get(accessor.get("type", ""))
+        kind, layout = accessor.get("componentType"), accessor.get("type")
+        component = _COMPONENTS.get(kind) if isinstance(kind, int) else None
+        width = _WIDTHS.get(layout) if isinstance(layout, str) else None
         if component is None or width is None or "sparse" in accessor or count > MAX_ELEMENTS:
             raise self.fail(f"accessor {index} is of an unknown, sparse or oversized kind")
         if "bufferView" not in accessor:
@@ -78,6 +104,8 @@ class Gltf:
         start, length, stride = self.view(accessor["bufferView"])
         dtype = np.dtype(component)
         offset, stride = self._count(accessor.get("byteOffset", 0), "byteOffset"), stride or dtype.itemsize * width
+        if stride > MAX_STRIDE:
+            raise self.fail(f"accessor {index} has a stride of {brief(stride)} bytes")
         if count and offset + stride * (count - 1) + dtype.itemsize * width > length:
             raise self.fail(f"accessor {index} reaches beyond its bufferView")
         raw: np.ndarray = np.ndarray((count, width), dtype, self.binary, start + offset, (stride, dtype.itemsize)).copy()
@@ -106,20 +134,23 @@ class Gltf:
         nodes = self.items("nodes")
         parents = [-1] * len(nodes)
         for index, node in enumerate(nodes):
-            for child in node.get("children", []):
-                self.item("nodes", child)
+            for child in self.indices("nodes", node.get("children", []), "children"):
+                if parents[child] >= 0:
+                    raise self.fail(f"node {child} has two parents")
                 parents[child] = index
         world: list[np.ndarray | None] = [None] * len(nodes)
+        level = [0] * len(nodes)
         for index in range(len(nodes)):
             chain, at = [], index
             while at >= 0 and world[at] is None:
                 chain.append(at)
                 at = parents[at]
-                if len(chain) > len(nodes):
-                    raise self.fail("the nodes form a loop")
+                if len(chain) + (level[at] if at >= 0 else 0) > MAX_JOINTS:
+                    raise self.fail(f"the nodes form a loop, or more than {MAX_JOINTS} levels")
             for link in reversed(chain):
                 local = self._local_matrix(nodes[link])
                 above = world[parents[link]] if parents[link] >= 0 else None
+                level[link] = level[parents[link]] + 1 if parents[link] >= 0 else 1
                 world[link] = local if above is None else above @ local
         return np.stack([matrix for matrix in world if matrix is not None]) if nodes else np.zeros((0, 4, 4)), parents
 
@@ -127,11 +158,11 @@ class Gltf:
         try:
             if "matrix" in node:
                 return np.asarray(node["matrix"], np.float64).reshape(4, 4).T  # glTF is column-major
-            x, y, z, w = np.asarray(node.get("rotation", (0, 0, 0, 1)), np.float64)
+            x, y, z, w = np.asarray(node.get("rotation", (0, 0, 0, 1)), np.float64).reshape(4)
             scale = np.asarray(node.get("scale", (1, 1, 1)), np.float64).reshape(3)
             move = np.asarray(node.get("translation", (0, 0, 0)), np.float64).reshape(3)
-        except (TypeError, ValueError) as error:
-            raise self.fail(f"node '{node.get('name', '')}' has a malformed transform ({error})") from error
+        except (TypeError, ValueError, OverflowError) as error:
+            raise self.fail(f"node {brief(node.get('name', ''))} has a malformed transform ({shorten(error)})") from error
         local = np.eye(4)
         local[:3, :3] = scale * np.array(
             [

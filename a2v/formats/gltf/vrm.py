@@ -11,7 +11,8 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.formats.characters import check_clips, parent_from_bone
-from a2v.formats.gltf.writing import Document, add_animation, add_bones, skinned_document
+from a2v.formats.gltf.document import Document
+from a2v.formats.gltf.writing import add_animation, add_bones, skinned_document
 from a2v.types import Body, Character, FloatArray
 
 _SIDED = (

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import struct
 from typing import Any
 
 import numpy as np
@@ -12,109 +10,18 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.characters import (
     Clips,
-    ShadedTargets,
     Strengths,
     check_clips,
-    encode_texture,
-    linear_colors,
     parent_from_bone,
     strength_tables,
 )
-from a2v.geometry.mesh import vertex_normals
-from a2v.io import atomic_path
+from a2v.formats.gltf.document import ARRAY_BUFFER, Document
+from a2v.formats.gltf.mesh import add_mesh, split_corners
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
-from a2v.version import __version__
 
 MAX_MORPH_BYTES = 2 << 30
-
-_ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
-_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
-_COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
-
-
-class Document:
-    """A glTF document under construction: JSON plus one binary buffer."""
-
-    def __init__(self, name: str):
-        self.json: dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": f"a2v {__version__}"},
-            "scene": 0,
-            "scenes": [{"name": name, "nodes": []}],
-            "nodes": [],
-            "meshes": [],
-            "accessors": [],
-            "bufferViews": [],
-            "materials": [],
-        }
-        self.blob = bytearray()
-
-    def view(self, data: bytes, target: int | None = None) -> int:
-        """Append bytes as a buffer view; its index."""
-        self.blob += b"\0" * (-len(self.blob) % 4)
-        entry: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(data)}
-        if target is not None:
-            entry["target"] = target
-        self.blob += data
-        self.json["bufferViews"].append(entry)
-        return len(self.json["bufferViews"]) - 1
-
-    def accessor(self, array: np.ndarray, *, target: int | None = None, bounds: bool = False, normalized: bool = False) -> int:
-        """Append an array (N, ...) of a component type that glTF knows; the index of its accessor."""
-        array = np.ascontiguousarray(array)
-        flat = array.reshape(len(array), -1)
-        entry: dict[str, Any] = {
-            "bufferView": self.view(array.tobytes(), target),
-            "componentType": _COMPONENTS[array.dtype],
-            "count": len(array),
-            "type": _TYPES[flat.shape[1]],
-        }
-        if normalized:
-            entry["normalized"] = True
-        if bounds:
-            entry["min"], entry["max"] = flat.min(axis=0).tolist(), flat.max(axis=0).tolist()
-        self.json["accessors"].append(entry)
-        return len(self.json["accessors"]) - 1
-
-    def sparse_accessor(self, count: int, indices: IntArray, values: FloatArray) -> int:
-        """Append vectors (count, 3) that are zero but for `values` (n, 3) float32 at ascending `indices` (n,), n >= 1; the accessor's index."""
-        values = np.ascontiguousarray(values, np.float32)
-        whole = np.concatenate([values, np.zeros((int(len(values) < count), 3), np.float32)])
-        entry = {
-            "componentType": _COMPONENTS[np.dtype(np.float32)],
-            "count": count,
-            "type": "VEC3",
-            "min": whole.min(axis=0).tolist(),
-            "max": whole.max(axis=0).tolist(),
-            "sparse": {
-                "count": len(indices),
-                "indices": {
-                    "bufferView": self.view(indices.astype(np.uint32).tobytes()),
-                    "componentType": _COMPONENTS[np.dtype(np.uint32)],
-                },
-                "values": {"bufferView": self.view(values.tobytes())},
-            },
-        }
-        self.json["accessors"].append(entry)
-        return len(self.json["accessors"]) - 1
-
-    def node(self, **values: Any) -> int:
-        """Append a node; its index."""
-        self.json["nodes"].append(values)
-        return len(self.json["nodes"]) - 1
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the file, atomically."""
-        self.blob += b"\0" * (-len(self.blob) % 4)
-        self.json["buffers"] = [{"byteLength": len(self.blob)}]
-        text = json.dumps(self.json, separators=(",", ":"), allow_nan=False).encode()
-        text += b" " * (-len(text) % 4)
-        with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-            stream.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(self.blob)))
-            stream.write(struct.pack("<I4s", len(text), b"JSON") + text)
-            stream.write(struct.pack("<I4s", len(self.blob), b"BIN\0"))
-            stream.write(self.blob)
 
 
 def write_glb(
@@ -172,7 +79,7 @@ def skinned_document(character: Character, clips: Clips | None, *, name: str, jp
     body = character.body
     checked = check_clips(clips, len(body.bone_names))
     document = Document(name)
-    mesh = _add_mesh(document, character, name, jpeg_quality)
+    mesh = add_mesh(document, character, name, jpeg_quality)
     bind = body.bone_transforms.astype(np.float64)
     local = parent_from_bone(bind[None], body.bone_parents)[0]
     roots = add_bones(document, body, local)
@@ -248,10 +155,10 @@ def write_morph_glb(
             f"{len(frames)} frames of {frames.shape[1]} vertices need {frames.nbytes >> 20} MiB; use fewer frames or a smaller mesh"
         )
     document = Document(name)
-    source, _, _ = _corners(surface)
-    mesh = _add_mesh(document, surface, name, jpeg_quality)
+    source, _, _ = split_corners(surface)
+    mesh = add_mesh(document, surface, name, jpeg_quality)
     base = surface.vertices[source]
-    targets = [{"POSITION": document.accessor(frame[source] - base, target=_ARRAY_BUFFER, bounds=True)} for frame in frames]
+    targets = [{"POSITION": document.accessor(frame[source] - base, target=ARRAY_BUFFER, bounds=True)} for frame in frames]
     document.json["meshes"][mesh]["primitives"][0]["targets"] = targets
     document.json["meshes"][mesh]["weights"] = [0.0] * len(frames)
     node = document.node(name=name, mesh=mesh)
@@ -266,86 +173,6 @@ def write_morph_glb(
         }
     ]
     document.write(path)
-
-
-def _corners(surface: Surface) -> tuple[IntArray, IntArray, FloatArray | None]:
-    """Vertices split along texture seams: source vertex (N,), faces (F, 3) into them, texture coordinates (N, 2), v down."""
-    faces = surface.faces.astype(np.int64)
-    if surface.uv is None:
-        return np.arange(len(surface.vertices)), faces, None
-    uv = surface.uv.reshape(-1, 2).astype(np.float32)
-    keys = np.empty(len(uv), dtype=[("v", "<i8"), ("a", "<f4"), ("b", "<f4")])
-    keys["v"], keys["a"], keys["b"] = faces.ravel(), uv[:, 0], uv[:, 1]
-    unique, index = np.unique(keys, return_inverse=True)
-    coordinates = np.stack([unique["a"], 1 - unique["b"]], axis=-1).astype(np.float32)
-    return unique["v"], index.reshape(-1, 3), coordinates
-
-
-def _add_mesh(document: Document, thing: Character | Surface, name: str, quality: int) -> int:
-    """Make a mesh with its material, and skinning weights for a character; returns its index."""
-    surface = thing.surface if isinstance(thing, Character) else thing
-    source, faces, coordinates = _corners(surface)
-    corners = surface.vertices.astype(np.float64)[surface.faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    faces = faces[(area > 0) | (np.arange(len(faces)) == 0)]
-    normals = vertex_normals(surface.vertices.astype(np.float64), surface.faces.astype(np.int64))
-    normals[np.linalg.norm(normals, axis=1) < 0.5] = [0, 1, 0]
-    attributes = {
-        "POSITION": document.accessor(surface.vertices[source].astype(np.float32), target=_ARRAY_BUFFER, bounds=True),
-        "NORMAL": document.accessor(normals[source].astype(np.float32), target=_ARRAY_BUFFER),
-    }
-    material: dict[str, Any] = {
-        "name": "surface",
-        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9, "baseColorFactor": [1, 1, 1, 1]},
-    }
-    if coordinates is not None and surface.texture is not None:
-        attributes["TEXCOORD_0"] = document.accessor(coordinates, target=_ARRAY_BUFFER)
-        data, kind = encode_texture(surface.texture, quality)
-        document.json["images"] = [{"name": "texture", "mimeType": kind, "bufferView": document.view(data)}]
-        document.json["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}]
-        document.json["textures"] = [{"source": 0, "sampler": 0}]
-        material["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
-    else:
-        linear = linear_colors(surface.colors[source])  # COLOR_0 is linear
-        levels = np.concatenate([np.round(linear * 65535), np.full((len(linear), 1), 65535)], axis=1).astype(np.uint16)
-        attributes["COLOR_0"] = document.accessor(levels, target=_ARRAY_BUFFER, normalized=True)
-    if isinstance(thing, Character):
-        bones, weights = thing.bones[source].copy(), thing.weights[source].astype(np.float32)
-        weights = weights / weights.sum(axis=1, keepdims=True)
-        bones[weights == 0] = 0
-        kind_of = np.uint8 if len(thing.body.bone_names) <= 256 else np.uint16
-        attributes["JOINTS_0"] = document.accessor(bones.astype(kind_of), target=_ARRAY_BUFFER)
-        attributes["WEIGHTS_0"] = document.accessor(weights, target=_ARRAY_BUFFER)
-    document.json["materials"].append(material)
-    indices = document.accessor(faces.astype(np.uint32).reshape(-1), target=_ELEMENT_BUFFER)
-    document.json["meshes"].append({"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": 0, "mode": 4}]})
-    if isinstance(thing, Character) and surface.face is not None:
-        _add_expressions(document.json["meshes"][-1], document, ShadedTargets(surface), source)
-    return len(document.json["meshes"]) - 1
-
-
-def _add_expressions(mesh: dict[str, Any], document: Document, expressions: ShadedTargets, source: IntArray) -> None:
-    """Give a mesh, whose vertices (N,) are those of the surface in `source`, a morph target for each expression."""
-    order = np.argsort(source, kind="stable")
-    targets = []
-    for name in expressions.face.names:
-        vertices, offsets, turns = expressions(name)
-        first, last = (np.searchsorted(source[order], vertices, side=side) for side in ("left", "right"))
-        copies = np.repeat(np.arange(len(vertices)), last - first)
-        at = np.repeat(first - np.concatenate([[0], np.cumsum(last - first)[:-1]]), last - first) + np.arange(len(copies))
-        ascending = np.argsort(order[at])
-        places, copies = order[at][ascending], copies[ascending]
-        target = {}
-        for attribute, values in (("POSITION", offsets[copies]), ("NORMAL", turns[copies])):
-            own = np.abs(values).max(axis=1) > 0
-            if own.any():
-                target[attribute] = document.sparse_accessor(len(source), places[own], values[own])
-            else:
-                target[attribute] = document.sparse_accessor(len(source), np.zeros(1, np.int64), np.zeros((1, 3)))
-        targets.append(target)
-    mesh["primitives"][0]["targets"] = targets
-    mesh["weights"] = [0.0] * len(targets)
-    mesh["extras"] = {"targetNames": list(expressions.face.names)}
 
 
 def add_animation(document: Document, name: str, transforms: FloatArray, fps: float, parents: IntArray, bind: FloatArray) -> dict[str, Any]:

@@ -17,17 +17,19 @@ const makeSampler = (session, meta) => {
     let done = 0;
     for (let end = 1; end <= labels.length; end++) {
       if (end < labels.length && labels[end] === labels[end - 1]) continue;
-      const shares = meta.active[labels[end - 1]], middle = shares[Math.floor((shares.length - 1) / 2)];
-      const share = Math.fround(middle < 0.3 ? middle : shares[Math.floor(0.9 * (shares.length - 1))]);
-      const usable = Math.max(evenly(share * meta.window_frames), given + 4);
+      const shares = meta.active[labels[end - 1]];
       while (done < end) {
-        const follows = done > 0, context = new Float32Array(given * row);
+        const follows = done > 0, context = new Float32Array(given * row), noise = draw(meta.latent_size);
+        // how much of a window such clips move is drawn by the last number of the noise; what is gone on with is one of the longer half
+        const first = Math.floor(shares.length / (follows ? 2 : 20)), even = 1 / (1 + Math.exp(-1.702 * noise[noise.length - 1]));
+        const share = Math.fround(shares[first + Math.floor(even * (shares.length - first))]);
+        const usable = Math.max(evenly(Math.fround(share * meta.window_frames)), given + 4);
         for (let back = 0; follows && back < given; back++) {
           const from = Math.max(done - given + back, 0);
           context.set(joints.subarray(from * row, from * row + row), back * row);
         }
         const feed = {
-          noise: tensor("float32", draw(meta.latent_size), 1, meta.latent_size), actions: tensor("int64", [labels[end - 1]], 1),
+          noise: tensor("float32", noise, 1, meta.latent_size), actions: tensor("int64", [labels[end - 1]], 1),
           active: tensor("float32", [share], 1), context: tensor("float32", context, 1, given, count, 3),
           has_context: tensor("float32", [follows ? 1 : 0], 1),
         };

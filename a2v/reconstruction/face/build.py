@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from a2v.body.face import EYES, LEFT_EYEBALL, RIGHT_EYEBALL, TONGUE, actions_of, face_landmarks, teeth
+from a2v.body.flat import flattened
 from a2v.body.spots import moved_from_rest
 from a2v.errors import InputError
+from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.face.patch import Patch, face_patch
 from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
-from a2v.types import Body, Face, FloatArray, IntArray, OrthographicCamera, Reconstruction, Subject, Surface
+from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
 _TURNED = 38.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
@@ -53,7 +56,7 @@ class FaceSettings:
 
 
 def add_face(
-    person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera, *, settings: FaceSettings = FaceSettings()
+    person: Reconstruction, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings()
 ) -> Reconstruction:
     """Replace the face of a surface by the body's own.
 
@@ -67,7 +70,7 @@ def add_face(
     subject : Subject
     body : Body
         Anny, fitted to the photo.
-    camera : OrthographicCamera
+    camera : Camera
 
     Returns
     -------
@@ -77,12 +80,11 @@ def add_face(
     """
     if not settings.expressions or body.model != "anny":
         return person
-    reason = _unfit(subject)
-    if not reason:
-        made = _sewn(person, subject, body, camera, settings)
-        if made is not None:
-            return made
-        reason = "the surface around the face is too torn"
+    laid = bend_face(person.surface, subject, body, camera, settings=settings)
+    made = None if isinstance(laid, str) else _sewn(person, subject, body, laid)
+    if made is not None:
+        return made
+    reason = laid if isinstance(laid, str) else "the surface around the face is too torn"
     surface = person.surface
     return dataclasses.replace(person, surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"face": reason}))
 
@@ -122,9 +124,41 @@ class _Bend:
         return bent
 
 
-def _sewn(
-    person: Reconstruction, subject: Subject, body: Body, camera: OrthographicCamera, settings: FaceSettings
-) -> Reconstruction | None:
+@dataclass(frozen=True, eq=False)
+class BentFace:
+    """The body's face laid where the photo shows it.
+
+    Attributes
+    ----------
+    patch : Patch
+    posed, bent : (13854, 3)
+        Anny's vertices and teeth with the head turned as the photo's, before and after the bend, metres.
+    turns : (13854, 3, 3)
+        How each is turned from rest.
+    bend : callable
+        From points (n, 3) to points (n, 3).
+    """
+
+    patch: Patch
+    posed: FloatArray
+    bent: FloatArray
+    turns: FloatArray
+    bend: Callable[[FloatArray], FloatArray]
+
+    def moved(self, name: str) -> FloatArray:
+        """How far (13854, 3) the expression `name` moves the bent vertices, metres; 0 for those that it does not name."""
+        ids, shifts = actions_of()[name]
+        whole = np.zeros_like(self.posed)
+        far = self.posed[ids] + np.einsum("vab,vb->va", self.turns[ids], shifts * _share(name, self.posed)[ids])
+        whole[ids] = self.bend(far) - self.bent[ids]
+        return whole
+
+
+def bend_face(surface: Surface, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings()) -> BentFace | str:
+    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be done. It is bent in the camera's flat frame."""
+    reason = _unfit(subject)
+    if reason:
+        return reason
     patch = face_patch()
     posed, turns = _posed(body)
     assert subject.face is not None
@@ -132,16 +166,25 @@ def _sewn(
     closing, shifts = actions_of()["mouthClose"]
     posed[closing] += _CLOSED * np.einsum("vab,vb->va", turns[closing], shifts)
     ids, weights = face_landmarks()
-    on_body = np.einsum("kc,kcd->kd", weights, posed[ids])[:, :2]
-    on_photo = camera.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
-    bend = _Bend(placing_points(on_body), placing_points(on_photo), settings.smoothing)
-    surface = person.surface
-    _follow_surface(bend, patch, posed, body, surface)
-    bent = bend(posed)
-    vertices, faces, kept, own = cut_and_sew(surface, bent, body.faces.astype(np.int64), patch)
+    on_body = camera.flatten(np.einsum("kc,kcd->kd", weights, posed[ids]))[:, :2]
+    on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
+    flat = _Bend(placing_points(on_body), placing_points(on_photo), settings.smoothing)
+    seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
+    _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)
+
+    def bend(points: FloatArray) -> FloatArray:
+        return camera.raised(flat(camera.flatten(points)))
+
+    return BentFace(patch, posed, bend(posed), turns, bend)
+
+
+def _sewn(person: Reconstruction, subject: Subject, body: Body, laid: BentFace) -> Reconstruction | None:
+    patch, surface = laid.patch, person.surface
+    assert subject.face is not None
+    vertices, faces, kept, own = cut_and_sew(surface, laid.bent, body.faces.astype(np.int64), patch)
     if vertices is None:
         return None
-    face = _expressions(bend, patch, posed, turns, vertices, kept, own, subject.face)
+    face = _expressions(laid, vertices, kept, own, subject.face)
     colors = np.concatenate([surface.colors[kept], np.full((len(own), 3), 0.5, np.float32)])
     expected = person.expected_colors
     if expected is not None:
@@ -159,7 +202,7 @@ def _sewn(
     return dataclasses.replace(person, surface=made, expected_colors=expected)
 
 
-def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: OrthographicCamera) -> tuple[FloatArray, FloatArray]:
+def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera: Camera) -> tuple[FloatArray, FloatArray]:
     """The body's vertices (V, 3) and turns (V, 3, 3) with the head turned as the photo's: else teeth and tongue, which lie deep, are off to a side."""
     from scipy.spatial.transform import Rotation
 
@@ -167,7 +210,8 @@ def _facing(posed: FloatArray, turns: FloatArray, landmarks: FloatArray, camera:
     on_body = np.einsum("kc,kcd->kd", weights, posed[ids])
     middle = on_body.mean(axis=0)
     on_photo = landmarks.astype(np.float64) * [1, -1, 1] / camera.scale
-    found, _ = Rotation.align_vectors(on_photo - on_photo.mean(axis=0), on_body - middle)
+    upright = Rotation.from_euler("x", -camera.looks_down(middle)).apply(on_photo - on_photo.mean(axis=0))  # the detector sees it along the ray
+    found, _ = Rotation.align_vectors(upright, on_body - middle)
     turn = (Rotation.from_euler("x", -_SEEN_TURNED, degrees=True) * found).as_matrix()
     return middle + (posed - middle) @ turn.T, turn @ turns
 
@@ -195,7 +239,7 @@ def _share(name: str, posed: FloatArray) -> FloatArray:
         return np.ones((len(posed), 1))
     middle = posed[LEFT_EYEBALL if name.endswith("Left") else RIGHT_EYEBALL].mean(axis=0)
     share = np.clip((_EYE_REACH[1] - np.linalg.norm(posed - middle, axis=1)) / (_EYE_REACH[1] - _EYE_REACH[0]), 0, 1)[:, None]
-    faded: FloatArray = share * share * (3 - 2 * share) * (_LID if name.startswith("eyeBlink") else 1.0)
+    faded: FloatArray = smoothstep(share, 0, 1) * (_LID if name.startswith("eyeBlink") else 1.0)
     return faded
 
 
@@ -216,50 +260,48 @@ def _follow_surface(bend: _Bend, patch: Patch, posed: FloatArray, body: Body, su
     bend.follow(bent[good, :2], shift[good], np.where(on_rim[good], 1e-6, 1e-3))
 
 
-def _expressions(
-    bend: _Bend,
-    patch: Patch,
-    posed: FloatArray,
-    turns: FloatArray,
-    vertices: FloatArray,
-    kept: IntArray,
-    own: IntArray,
-    landmarks: FloatArray,
-) -> Face:
+def _expressions(laid: BentFace, vertices: FloatArray, kept: IntArray, own: IntArray, landmarks: FloatArray) -> Face:
     """Every expression on the new surface: its patch moves as the bent body does, what is around as the nearest of the bent body."""
     from scipy.spatial import cKDTree
 
-    bent = bend(posed)
+    patch = laid.patch
     skin = np.arange(TONGUE.start)
     outside = np.setdiff1d(skin, patch.vertices)
     around = np.concatenate([outside, patch.vertices[patch.rim]])
     first = len(kept)
     close = np.flatnonzero(np.linalg.norm(vertices[:first] - vertices[first:].mean(axis=0), axis=1) < 0.3)
-    reach, nearest = cKDTree(bent[around]).query(vertices[close], k=4)
+    reach, nearest = cKDTree(laid.bent[around]).query(vertices[close], k=4)
     share = 1 / np.maximum(reach, 1e-4)
     share /= share.sum(axis=1, keepdims=True)
-    names, starts, moved, offsets = [], [0], [], []
-    for name, (ids, shifts) in actions_of().items():
-        whole = np.zeros_like(posed)
-        far = posed[ids] + np.einsum("vab,vb->va", turns[ids], shifts * _share(name, posed)[ids])
-        whole[ids] = bend(far) - bent[ids]
-        on_patch = whole[patch.vertices]
-        on_rest = (whole[around][nearest] * share[..., None]).sum(axis=1)
-        both = np.concatenate([on_rest, on_patch])
-        which = np.concatenate([close, first + np.arange(len(own))])
-        real = np.linalg.norm(both, axis=1) > _LEAST
-        names.append(name)
-        moved.append(which[real])
-        offsets.append(both[real])
-        starts.append(starts[-1] + int(real.sum()))
+    which = np.concatenate([close, first + np.arange(len(own))])
+
+    def moved(name: str) -> FloatArray:
+        whole = laid.moved(name)
+        return np.concatenate([(whole[around][nearest] * share[..., None]).sum(axis=1), whole[patch.vertices]])
+
     twins = np.where(patch.vertices < EYES.stop, patch.vertices, patch.vertices[(patch.kinds == 2).argmax()])
+    return face_of(moved, which, (first + np.arange(len(own))).astype(np.int32), twins.astype(np.int32), patch.kinds.astype(np.uint8), landmarks)
+
+
+def face_of(
+    moved: Callable[[str], FloatArray], which: IntArray, patch: IntArray, twins: IntArray, kinds: IntArray, landmarks: FloatArray
+) -> Face:
+    """A `Face` whose expressions move the vertices `which` (n,), rising, by `moved` (n, 3), a function of the expression's name; the rest as its attributes."""
+    names, starts, vertices, offsets = [], [0], [], []
+    for name in actions_of():
+        shift = moved(name)
+        real = np.linalg.norm(shift, axis=1) > _LEAST
+        names.append(name)
+        vertices.append(which[real])
+        offsets.append(shift[real])
+        starts.append(starts[-1] + int(real.sum()))
     return Face(
         names=tuple(names),
         starts=np.array(starts, np.int32),
-        vertices=np.concatenate(moved).astype(np.int32),
+        vertices=np.concatenate(vertices).astype(np.int32),
         offsets=np.concatenate(offsets).astype(np.float32),
-        patch=(first + np.arange(len(own))).astype(np.int32),
-        twins=twins.astype(np.int32),
-        kinds=patch.kinds.astype(np.uint8),
+        patch=patch,
+        twins=twins,
+        kinds=kinds,
         landmarks=landmarks.astype(np.float32),
     )

@@ -6,7 +6,6 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 
 from a2v.body.face import EYES, SKIN, TONGUE, face_landmarks, teeth
 from a2v.body.registry import load_body_model
@@ -51,6 +50,8 @@ class Patch:
 @functools.cache
 def face_patch() -> Patch:
     """The patch, found once on Anny at rest."""
+    import torch
+
     model = load_body_model("anny")
     rest = model.rest(torch.from_numpy(model.shape_default))[0].numpy().astype(np.float64)
     faces = model.faces.astype(np.int64)

@@ -3,10 +3,12 @@ import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const STATUS = { waiting: "waiting", running: "being made", done: "done", failed: "failed", cancelled: "cancelled" };
 const ABOUT = {
-  "video.mp4": "all views side by side", "character.glb": "textured, rigged, animated: Blender, Unity, Unreal, browsers", "motion.bvh": "motion of the rig",
-  "motion.npz": "generated joints", "preview.html": "one page with character and video, to send on", "report.json": "settings, seeds, times, versions",
+  "video.mp4": "all views side by side", "character.glb": "the character, textured, rigged and animated: for Blender, Unity, Unreal and browsers",
+  "motion.bvh": "the motion of its rig, for other characters: Blender, MotionBuilder, Maya", "motion.npz": "the generated joints, for Python",
+  "preview.html": "character and video on one page, to send on; opens with a double click", "report.json": "settings, seeds, times and versions: to make it again",
 };
 const TABS = ["Video", "Character", "Files"];
+const STAGES = ["outline", "body", "surface", "textured", "moving"];
 
 export class JobCard {
   constructor(job, changed) {
@@ -34,6 +36,7 @@ export class JobCard {
     say(this.find(".problem"), job.problem);
     this.find(".running").hidden = job.status !== "running";
     if (job.status === "running") this.showProgress(job.progress);
+    else this.clearStages();
     if (job.status === "done" && this.find(".result").hidden) this.showResult();
     this.find(".result").hidden = job.status !== "done";
     this.find(".notes").hidden = !job.notes.length;
@@ -46,7 +49,36 @@ export class JobCard {
     bar.setAttribute("aria-label", `progress of ${this.job.wish.action}`);
     if (progress) bar.value = progress.share; else bar.removeAttribute("value");
     const left = progress ? `about ${duration(progress.left)} left` : "";
+    this.showStages(["outline", ...(progress && progress.shown || [])]);
     text.replaceChildren(make("span", {}, progress ? progress.stage : "Starting"), make("span", { className: "left" }, left));
+  }
+
+  /** A picture a stage, the newest one large; the character itself as soon as it moves. */
+  showStages(shown) {
+    if (this.shown === shown.length) return;
+    this.shown = shown.length;
+    const last = STAGES.findLastIndex(name => shown.includes(name));
+    this.find(".stages").replaceChildren(...STAGES.map((name, index) => {
+      const item = make("li", { className: index <= last ? "made" : "" }, name);
+      if (index === last + 1) item.setAttribute("aria-current", "step");
+      return item;
+    }));
+    const name = STAGES[last];
+    if (name === "moving") {
+      const frame = make("iframe", { src: this.address("turn.html"), title: "the character: drag to turn, while its video is made" });
+      frame.setAttribute("sandbox", "allow-scripts");
+      this.find(".now").replaceChildren(frame, make("p", { className: "hint" }, "Drag to turn it. The video follows."));
+    } else if (name === "outline") {
+      const photo = `photos/${this.job.photo}`, layers = make("div", { className: "layers" });
+      layers.append(make("img", { src: `${photo}/photo.jpg`, alt: "the outline that was found" }), make("img", { src: `${photo}/mask.png`, alt: "" }));
+      this.find(".now").replaceChildren(layers);
+    } else this.find(".now").replaceChildren(make("img", { src: this.address(`stage_${name}.jpg`), alt: `the ${name}, as far as it is made` }));
+  }
+
+  clearStages() {
+    if (this.shown === undefined) return;
+    this.shown = undefined;
+    this.find(".now").replaceChildren();
   }
 
   showButtons() {
@@ -142,7 +174,7 @@ export class JobCard {
     for (const name of names.filter(one => !one.startsWith("frame/"))) {
       const row = make("tr"), where = make("td");
       where.append(make("a", { href: `${this.address(name)}?download`, download: name }, name));
-      row.append(where, make("td", {}, ABOUT[name] || "one view"), make("td", {}, size(this.job.files[name])));
+      row.append(where, make("td", {}, ABOUT[name] || "one view alone"), make("td", {}, size(this.job.files[name])));
       body.append(row);
     }
     const all = make("a", { className: "button", href: this.address("all.zip"), download: "a2v.zip" }, "Download all as a zip");

@@ -1,7 +1,8 @@
 // The page: what is on it is what the server says, asked for again and again; no text of others becomes markup.
 import { Camera } from "./camera.js";
+import { Gallery, loadFigures } from "./gallery.js";
 import { JobCard } from "./job.js";
-import { ask, byId, make, say } from "./tools.js";
+import { ask, byId, make, say, size } from "./tools.js";
 
 const BONES = [
   [11, 12], [11, 23], [12, 24], [23, 24], [11, 13], [13, 15], [12, 14], [14, 16], [23, 25], [25, 27], [24, 26], [26, 28],
@@ -21,14 +22,19 @@ const choose = id => {
 };
 
 async function upload(blob, name) {
+  if (!blob) return;
+  if (choices && blob.size > choices.upload) return say(byId("photo-problem"), `This is larger than ${choices.upload >> 20} MB; send a smaller photo.`);
+  await send(`api/photos?name=${encodeURIComponent(name || "photo")}`, { method: "POST", body: blob });
+}
+
+async function send(address, how) {
   const problem = byId("photo-problem");
   say(problem, "");
-  if (!blob) return;
-  if (choices && blob.size > choices.upload) return say(problem, `This is larger than ${choices.upload >> 20} MB; send a smaller photo.`);
+  say(byId("forgotten"), "");
   byId("drop").classList.add("busy");
   byId("seen-text").textContent = "";
   try {
-    const photo = await ask(`api/photos?name=${encodeURIComponent(name || "photo")}`, { method: "POST", body: blob });
+    const photo = await ask(address, how);
     state.photos.push(photo);
     choose(photo.id);
     poll();
@@ -67,6 +73,7 @@ function showPhoto(photo) {
   bones.toggleAttribute("hidden", !seen || !byId("show-bones").checked);  // an SVG has no property of that name
   if (seen) drawBones(bones, photo);
   byId("layers-row").hidden = photo.status === "looking";
+  byId("look-again").hidden = photo.status !== "unusable";
   document.querySelectorAll("#layers-row .check").forEach(label => { label.hidden = !seen; });
   const sure = photo.landmarks.filter(point => point[2] > 0.5).length;
   byId("seen-text").textContent =
@@ -112,10 +119,25 @@ document.addEventListener("paste", event => {
 byId("show-mask").onchange = byId("show-bones").onchange = () => { const photo = photoOf(chosen); if (photo) showPhoto(photo); };
 byId("forget").onclick = async () => {
   const videos = state.jobs.filter(job => job.photo === chosen).length;
-  if (!confirm(videos ? `Remove this photo and its ${videos} video${videos > 1 ? "s" : ""}?` : "Remove this photo?")) return;
-  await ask(`api/photos/${chosen}`, { method: "DELETE" }).catch(error => say(byId("photo-problem"), error.message));
-  choose(null);
+  const what = videos ? `this photo, its ${videos} video${videos > 1 ? "s" : ""}` : "this photo";
+  if (!confirm(`Delete ${what} and everything that is remembered of this person? Files that were downloaded stay where they are.`)) return;
+  byId("forget").disabled = true;
+  try {
+    const gone = await ask(`api/photos/${chosen}`, { method: "DELETE" });
+    const results = gone.calls ? `, ${gone.calls} remembered results (${size(gone.bytes)})` : "";
+    say(byId("forgotten"), `Deleted: the photo${videos ? `, ${videos} video${videos > 1 ? "s" : ""}` : ""}${results}. Files that were downloaded are where you put them.`);
+    choose(null);
+  } catch (error) { say(byId("photo-problem"), error.message); }
+  byId("forget").disabled = false;
   poll();
+};
+byId("look-again").onclick = async () => {
+  await ask(`api/photos/${chosen}/again`, { method: "POST" }).catch(error => say(byId("photo-problem"), error.message));
+  poll();
+};
+byId("sample").onclick = async () => {
+  await send("api/sample", { method: "POST" });
+  if (!byId("action").value.trim()) { byId("action").value = "Walk"; read(); }
 };
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
@@ -129,13 +151,34 @@ function showActions() {
   if (!now) return;
   const wanted = byId("filter").value.trim().toLowerCase();
   const names = now.actions.filter(name => name.toLowerCase().includes(wanted));
-  byId("count").textContent = `(${now.actions.length} of ${now.name})`;
-  byId("actions").replaceChildren(...names.map(name => {
-    const button = make("button", { type: "button" }, name);
-    button.onclick = () => { action.value = action.value.trim() ? `${action.value.trim()}, ${name}` : name; read(); };
-    return button;
-  }));
-  if (!names.length) byId("actions").textContent = "No action has these letters.";
+  byId("count").textContent = `${now.actions.length} actions of ${now.name}`;
+  gallery.show(now.name, names);
+}
+const gallery = new Gallery(byId("actions"), name => {
+  action.value = action.value.trim() ? `${action.value.trim()}, ${name}` : name;
+  read();
+});
+
+/** What was understood, a chip a part: pressed, it offers what else may have been meant. */
+function showParts(parts) {
+  const change = (part, name) => {
+    const found = action.value.toLowerCase().indexOf(part.text.toLowerCase());
+    action.value = found < 0 ? parts.map(one => one === part ? name : one.action).filter(Boolean).join(", ")
+      : action.value.slice(0, found) + name + action.value.slice(found + part.text.length);
+    action.value = action.value.replace(/^[\s,]+|[\s,]+$/g, "").replace(/,(\s*,)+/g, ",");
+    read();
+    action.focus();
+  };
+  const chips = parts.flatMap((part, index) => {
+    const chip = make("button", { type: "button", className: "chip" }, part.action), others = make("span", { className: "others", hidden: true });
+    chip.setAttribute("aria-expanded", "false");
+    chip.title = part.seconds ? `${part.seconds} s; press to change it` : "press to change it";
+    others.append(...part.near.map(name => make("button", { type: "button", className: "chip quiet", onclick: () => change(part, name) }, name)));
+    others.append(make("button", { type: "button", className: "chip quiet", onclick: () => change(part, "") }, "leave out"));
+    chip.onclick = () => { others.hidden = !others.hidden; chip.setAttribute("aria-expanded", !others.hidden); };
+    return [index ? " → " : "", chip, others];
+  });
+  understood.replaceChildren("Understood: ", ...chips);
 }
 
 let reading = 0;
@@ -147,7 +190,7 @@ async function read() {
     const found = await ask("api/words", { method: "POST", body: JSON.stringify({ model: model.value, text }) });
     if (turn !== reading) return;
     understood.classList.add("good");
-    understood.textContent = "Understood: " + found.parts.map(part => part.action).join(" → ");
+    showParts(found.parts);
   } catch (error) {
     if (turn !== reading) return;
     understood.classList.add("bad");
@@ -211,6 +254,9 @@ async function poll() {
     byId("lost").hidden = true;
     showPhotos();
     showJobs();
+    say(byId("full"), state.problem);
+    byId("damaged").hidden = !state.damaged;
+    byId("damaged").firstElementChild.textContent = `${state.damaged} photo${state.damaged > 1 ? "s or videos" : " or video"} of an earlier time cannot be read.`;
   } catch (error) {
     byId("lost").hidden = false;
   }
@@ -218,6 +264,7 @@ async function poll() {
   clearTimeout(timer);
   timer = setTimeout(poll, busy ? 500 : document.hidden ? 8000 : 2500);
 }
+byId("damaged").lastElementChild.onclick = () => ask("api/damaged", { method: "DELETE" }).catch(() => {}).then(poll);
 document.addEventListener("visibilitychange", () => { if (!document.hidden) poll(); });
 
 async function begin() {
@@ -232,5 +279,6 @@ async function begin() {
   showActions();
   read();
   document.body.dataset.ready = "yes";
+  loadFigures().then(() => gallery.tick());
 }
 begin();

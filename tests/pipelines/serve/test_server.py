@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import io
+import base64
 import json
-import os
+import shutil
 import signal
 import socket
 import stat
-import struct
 import subprocess
 import sys
 import time
-import zipfile
-import zlib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -21,24 +18,18 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from PIL import Image
 
 from a2v.errors import InputError
 from a2v.rendering import write_video
-from pipelines.progress import Update
+from pipelines.engine.progress import Update
 from pipelines.serve.clock import Clock
 from pipelines.serve.records import Library
-from pipelines.serve.wishes import Wish
-from tests.support.page import ROOT, Server
+from pipelines.serve.stages import STAGES
+from pipelines.serve.wishes import MODELS, Wish, actions_of
+from tests.support.page import ROOT, Server, arrived
+from tests.support.uploads import hostile_uploads, picture
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
-
-
-def picture(size: tuple[int, int] = (160, 200), form: str = "png", **how: object) -> bytes:
-    buffer = io.BytesIO()
-    pixels = np.random.default_rng(0).integers(0, 255, (size[1], size[0], 3), dtype=np.uint8)
-    Image.fromarray(pixels).save(buffer, form, **how)
-    return buffer.getvalue()
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +37,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server with a finished job that was written by hand: its files are real, nothing was computed."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
-    photo = library.add_photo(picture(), "somebody")
+    photo = arrived(library, picture(), "somebody")
     photo.status = "ready"
     library.keep(photo)
     job = library.add_job(photo, Wish(action="Walk", model="cmu"))
@@ -124,51 +115,12 @@ def test_every_answer_holds_the_browser_to_this_server(server: Server, job: dict
         assert headers["referrer-policy"] == "no-referrer"
         assert headers["x-content-type-options"] == "nosniff"
         assert "server" not in headers
-    text = "".join(server.ask(f"page/{path.name}")[2].decode() for path in (ROOT / "pipelines/serve/page").iterdir())
+    text = "".join(server.ask(f"page/{path.name}")[2].decode() for path in (ROOT / "pipelines/serve/page").iterdir() if path.suffix in (".html", ".css", ".js", ".svg"))
     assert "innerHTML" not in text
     assert not [word for word in text.split() if "//" in word and "http" in word and "www.w3.org" not in word]
 
 
 # --- what may come in
-
-
-def chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-
-def bomb(width: int, height: int) -> bytes:
-    """A PNG that says it is very large."""
-    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b"")
-
-
-def zipped(name: str) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        archive.writestr(name, "x")
-    return buffer.getvalue()
-
-
-def hostile_uploads() -> list[bytes]:
-    """What is no photo, not whole, or would fill the memory."""
-    random = np.random.default_rng(1)
-    png, jpeg, webp = picture(), picture(form="jpeg"), picture(form="webp")
-    texts = [
-        b"", b"\0", b"x", b"not a picture", b"<svg xmlns='http://www.w3.org/2000/svg'><script>alert(1)</script></svg>",
-        b"<!doctype html><script>fetch('/')</script>", b"%PDF-1.7", b"GIF89a", b"\xff\xd8\xff\xe0", b"RIFF\xff\xff\xff\xffWEBPVP8 ", b"BM" + bytes(60),
-        b"II*\0" + b"\xff" * 60, b"P6 99999 99999 255\n", b"P6\n-1 -1\n255\n", b"%!PS-Adobe-3.0 EPSF\n%%BoundingBox: 0 0 9 9\n", zipped("../../etc/x"),
-        b"\x1f\x8b" + bytes(50), b"\x7fELF" + bytes(100), b"ftypheic" * 10, b"\0\0\0\x1cftypavif" + bytes(100), b"push graphic-context\n", b"{}",
-        b"\x89PNG\r\n\x1a\n", b"\x80\x04\x95" + bytes(30), b"v 0 0 0\nf 1 1 1\n", b"glTF\2\0\0\0", os.urandom(4096), b"A" * 100_000,
-    ]  # fmt: skip
-    sizes = [bomb(1 << 20, 1 << 20), bomb(2**31 - 1, 1), bomb(0, 0), bomb(30000, 30000), picture((10, 10)), picture((2000, 20))]
-    cut = [data[: int(len(data) * share)] for data in (png, jpeg, webp) for share in (0.02, 0.3, 0.7)]
-    mixed = []
-    for data in (png, webp):
-        for _ in range(4):
-            broken = bytearray(data)
-            broken[30:] = random.permutation(np.frombuffer(bytes(broken[30:]), np.uint8)).tobytes()
-            mixed.append(bytes(broken))
-    return [*texts, *sizes, *cut, *mixed]
 
 
 def test_fifty_hostile_uploads_are_refused_with_a_sentence(server: Server) -> None:
@@ -296,6 +248,25 @@ def test_a_player_may_ask_for_parts(server: Server, job: dict) -> None:
     assert 'filename="video.mp4"' in server.ask(f"jobs/{job['id']}/video.mp4?download")[1]["content-disposition"]
 
 
+def test_every_action_has_its_figure(server: Server) -> None:
+    book = json.loads(server.ask("page/figures.json")[2])
+    assert set(book["actions"]) == {action for name in MODELS for action in actions_of(name)}
+    sizes = {}
+    for name, figure in book["actions"].items():
+        moves = np.frombuffer(base64.b64decode(figure), np.uint8).reshape(book["frames"], book["joints"], 2).astype(int)
+        sizes[name] = np.ptp(moves, axis=0).max(), np.ptp(moves[..., 1])
+    assert np.mean([moved > 4 for moved, _ in sizes.values()]) > 0.9  # some poses are held: a pistol is aimed, somebody sleeps
+    assert np.median([tall for _, tall in sizes.values()]) > 150  # most stand
+    assert server.ask("page/sample.webp")[1]["content-type"] == "image/webp"
+
+
+def test_a_stage_that_is_not_made_has_no_picture(server: Server, job: dict) -> None:
+    for name in (*STAGES.values(), "turn.html"):
+        assert server.ask(f"jobs/{job['id']}/{name}")[0] == 404
+    (server.folder / "jobs" / job["id"] / STAGES["body"]).write_bytes(b"x")
+    assert server.ask(f"jobs/{job['id']}/{STAGES['body']}")[0] == 200
+
+
 # --- the process
 
 
@@ -341,17 +312,35 @@ said("ended")
     assert done.stdout.split() == ["closed", "ended"], done.stderr
 
 
+DAMAGE: list[tuple[str, object]] = [
+    ("created", "x"), ("created", float("inf")), ("created", float("nan")), ("created", None), ("photo", ["a"]), ("photo", {}), ("photo", "0" * 16),
+    ("status", "flying"), ("status", 1), ("problem", None), ("seconds", -float("inf")), ("notes", "text"), ("notes", [1]), ("files", ["video.mp4"]),
+    ("files", {"video.mp4": "x"}), ("wish", None), ("wish", {"action": "Walk\ud800"}), ("wish", {"action": 3}), ("problem", "\udfff"),
+]  # fmt: skip
+
+
 def test_records_that_are_none_of_ours_are_passed_over(tmp_path: Path) -> None:
     library = Library(tmp_path)
-    photo = library.add_photo(b"x", "a")
+    photo = arrived(library, b"x", "a")
     job = library.add_job(photo, Wish(action="Walk"))
-    for number, text in enumerate(("", "[]", "{}", '{"id": 5}', "[" * 10_000, json.dumps({"id": "x3", "nonsense": 1}))):
-        (tmp_path / "jobs" / f"x{number}").mkdir()
-        (tmp_path / "jobs" / f"x{number}" / "job.json").write_text(text)
+    whole = json.loads((tmp_path / "jobs" / job.id / "job.json").read_text())
+    strange: list[str] = ["", "[]", "{}", '{"id": 5}', "[" * 10_000, json.dumps({"id": "x3", "nonsense": 1})]
+    for number, (name, value) in enumerate(DAMAGE):
+        strange.append(json.dumps(whole | {"id": f"{number:016x}", name: value}))
+    strange.append(json.dumps(whole | {"id": "../../x"}))
+    for number, text in enumerate(strange):
+        folder = tmp_path / "jobs" / (json.loads(text)["id"] if 6 <= number < 6 + len(DAMAGE) else f"x{number}")
+        folder.mkdir()
+        (folder / "job.json").write_text(text)
     read = Library(tmp_path)
     assert list(read.jobs) == [job.id]
     assert read.jobs[job.id].wish == job.wish
     assert list(read.photos) == [photo.id]
+    assert len(read.damaged) == len(strange)
+    for folder in read.remove_damaged():
+        shutil.rmtree(folder)
+    assert len(Library(tmp_path).damaged) == 0
+    assert [path.name for path in (tmp_path / "jobs").iterdir()] == [job.id]
 
 
 def test_the_clock_knows_more_as_frames_come(monkeypatch: pytest.MonkeyPatch) -> None:

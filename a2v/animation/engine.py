@@ -1,0 +1,120 @@
+"""Characters as game engines and phones want them: few triangles whose detail is in a normal map, and a texture of a chosen size."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.normal_map import bake_normal_map
+from a2v.geometry.simplify import simplify
+from a2v.types import Character, FloatArray, Surface
+
+FACE, HEAD, HANDS = 300.0, 3.0, 4.0
+"""What an error of the shape counts for on the body's own face and wherever expressions move it, elsewhere on the head and on hands, against 1 on clothes."""
+
+
+@dataclass(frozen=True)
+class EngineSettings:
+    """What exported files hold.
+
+    Attributes
+    ----------
+    triangles : int
+        At most; 0 for all that were made.
+    texture : int
+        Width and height of the texture, texels: 1024, 2048 or 4096.
+    normal_map : int
+        Of the map that carries the detail of what was simplified; 0 for none.
+    one_material : bool
+        One material instead of one for each of skin, hair, cloth, eyes and mouth.
+    """
+
+    triangles: int = 30_000
+    texture: int = 2048
+    normal_map: int = 1024
+    one_material: bool = False
+
+    def __post_init__(self) -> None:
+        if self.triangles and not 1000 <= self.triangles <= 1_000_000:
+            raise InputError(f"triangles is {self.triangles}; expected 0 for all, or 1000 to 1000000 (8000, 20000 and 30000 are usual)")
+        if self.texture not in (512, 1024, 2048, 4096):
+            raise InputError(f"texture is {self.texture}; choose from 512, 1024, 2048, 4096")
+        if self.normal_map not in (0, 512, 1024, 2048, 4096):
+            raise InputError(f"normal_map is {self.normal_map}; choose from 0, 512, 1024, 2048, 4096")
+
+
+def engine_ready(character: Character, settings: EngineSettings = EngineSettings()) -> Character:
+    """A character with at most so many triangles, their lost detail in a normal map, and a texture of at most so many texels.
+
+    Vertices that are left keep their places, weights and expressions exactly. A character that is small enough is only given the texture's size.
+
+    Parameters
+    ----------
+    character : Character
+        Any; its expressions are kept.
+    settings : EngineSettings
+    """
+    surface, small = character.surface, character
+    if settings.triangles and len(surface.faces) > settings.triangles:
+        small = with_triangles(character, settings.triangles)
+        if settings.normal_map and surface.uv is not None and small.surface.uv is not None:
+            fine, coarse = (surface.vertices, surface.faces, surface.uv), (small.surface.vertices, small.surface.faces, small.surface.uv)
+            baked = bake_normal_map(fine, coarse, size=settings.normal_map)
+            small = dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=baked))
+    return dataclasses.replace(small, surface=_with_texture(small.surface, settings.texture))
+
+
+def with_triangles(character: Character, triangles: int) -> Character:
+    """A character of at most `triangles` triangles, or the fewest that keep the borders of its texture's charts; see `simplify`."""
+    surface = character.surface
+    result = simplify(surface.vertices, surface.faces, triangles, uv=surface.uv, importance=_importance(character))
+    kept = result.kept
+    number = np.full(len(surface.vertices), -1)
+    number[kept] = np.arange(len(kept))
+    simple = dataclasses.replace(
+        surface,
+        vertices=surface.vertices[kept],
+        faces=result.faces,
+        colors=surface.colors[kept],
+        uv=None if surface.uv is None else surface.uv.reshape(-1, 2)[result.corners],
+        visible=None if surface.visible is None else surface.visible[kept],
+        twins=None if surface.twins is None else surface.twins[kept],
+        face=None if surface.face is None else surface.face.kept(number),
+        standing=None,
+        materials=None if surface.materials is None else surface.materials[result.origin],
+    )
+    return dataclasses.replace(
+        character,
+        surface=simple,
+        weights=character.weights[kept],
+        bones=character.bones[kept],
+        anchors=character.anchors[kept],
+        parts=character.parts[kept],
+    )
+
+
+def _importance(character: Character) -> FloatArray:
+    """What errors count for around each vertex (V,)."""
+    weight = np.array([_of_bone(name) for name in character.body.bone_names])[character.bones[:, 0]]
+    if character.surface.face is not None:
+        weight[character.surface.face.patch] = FACE
+        weight[character.surface.face.vertices] = FACE
+    return np.asarray(weight)
+
+
+def _of_bone(name: str) -> float:
+    """What errors count for around a vertex that this bone moves most."""
+    stem = name.removeprefix("left_").removeprefix("right_")
+    return HEAD if stem.startswith(("head", "jaw", "eye")) else HANDS if stem.startswith(("finger", "metacarpal", "wrist", "hand")) else 1.0
+
+
+def _with_texture(surface: Surface, size: int) -> Surface:
+    """A surface whose texture has at most `size` texels a side."""
+    import cv2
+
+    if surface.texture is None or surface.texture.shape[0] <= size:
+        return surface
+    return dataclasses.replace(surface, texture=cv2.resize(surface.texture, (size, size), interpolation=cv2.INTER_AREA))

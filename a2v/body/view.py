@@ -1,0 +1,98 @@
+"""Where the photo's camera is believed to have been: how far away, and how steeply it looked down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.types import FloatArray, PhotoCamera, Subject
+
+USUAL = (3.0, 0.4)
+"""Usual distance of a camera that sees a whole person, metres, and the spread of its logarithm."""
+HELD = 1.45
+"""Usual height of a camera over the ground, metres: somebody stands and holds it."""
+STEEPEST = 0.6
+"""A camera looks up or down at most so much, radians; farther would be a guess too bold."""
+_LENS, _LENS_SPREAD = 26.0, 0.45
+"""Focal length of a telephone's main camera as for 35 mm film, millimetres; and the spread of the logarithm of a distance that follows from it:
+other lenses, and photos that are cropped."""
+_SHAPES = (4 / 3, 3 / 2, 16 / 9)
+"""Longer over shorter side of photos as cameras give them; of others a part is missing."""
+_FILM = 43.27
+"""Diagonal of 35 mm film, millimetres."""
+_LIMITS = (1.0, 30.0)
+"""Distances that are believed, metres."""
+
+
+@dataclass(frozen=True)
+class View:
+    """Where the photo's camera is believed to be. A fit keeps the distance and the axis; the pitch is where it starts from.
+
+    Attributes
+    ----------
+    distance, pitch, source
+        As of `PhotoCamera`.
+    axis : tuple of 2 float
+        Pixel that the optical axis meets.
+    """
+
+    distance: float = 0.0
+    pitch: float = 0.0
+    axis: tuple[float, float] = (0.0, 0.0)
+    source: str = ""
+
+    @classmethod
+    def of(cls, camera: PhotoCamera) -> View:
+        """That of a camera."""
+        u, v = camera.flat.project(np.array(camera.aim))
+        return cls(camera.distance, camera.pitch, (float(u), float(v)), camera.source)
+
+
+LEVEL = View()
+"""An orthographic camera."""
+
+
+def believed_view(subject: Subject, box: FloatArray, *, height: float, tall: float, distance: float | None) -> View:
+    """The camera's distance by what is known of it, and its pitch by the height at which cameras are held.
+
+    Parameters
+    ----------
+    subject : Subject
+        Its focal length, if the photo's file told one, gives the distance; else the shape of the photo tells whether it is likely to be
+        whole, and the usual lens gives it, together with what is usual.
+    box : (4,)
+        Left, top, right, bottom of the person, pixels of the subject's image.
+    height : float
+        The person's standing height, pixels.
+    tall : float
+        The same in metres.
+    distance : float, optional
+        What the user says, metres; 0 for an orthographic camera.
+    """
+    axis = (float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2)
+    if distance == 0:
+        return View(source="orthographic, as asked")
+    if distance is not None:
+        source = "given"
+    elif subject.focal_length is not None:
+        distance, source = _by_lens(subject, subject.focal_length, height, tall), "the focal length in the photo's file"
+    else:
+        distance, source = USUAL[0], "what is usual"
+        sides = sorted(subject.photo_size)
+        if min(abs(sides[1] / sides[0] / shape - 1) for shape in _SHAPES) < 0.01:
+            lens, own = _by_lens(subject, _LENS, height, tall), (_LENS_SPREAD / USUAL[1]) ** 2
+            distance = math.exp((math.log(lens) + own * math.log(USUAL[0])) / (1 + own))
+            source = "a telephone's usual field of view and the person's share of the photo"
+    distance = float(np.clip(distance, *_LIMITS)) if source != "given" else distance
+    over = tall * (box[3] - axis[1]) / height  # of the axis over the ground
+    pitch = float(np.clip(np.arctan((HELD - over) / distance), -STEEPEST, STEEPEST))
+    return View(distance, pitch, axis, source)
+
+
+def _by_lens(subject: Subject, focal: float, height: float, tall: float) -> float:
+    """The distance, metres, at which a lens of `focal` (mm, as for 35 mm film) makes a person of `tall` metres so large."""
+    left, _, right, _ = subject.crop
+    zoom = subject.image.shape[1] / (right - left)
+    return focal / _FILM * math.hypot(*subject.photo_size) * zoom * tall / height

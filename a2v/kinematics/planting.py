@@ -1,0 +1,283 @@
+"""Feet that stand where they stand: contacts by each foot's own floor, the body carried along with them, legs that reach.
+
+Models say where feet are only roughly, so that they slide by decimetres while they should stand. Here a foot is an ankle and a toe, and clips
+come in batches; a person's rig with heels, toes and soles is cleaned by `a2v.animation.grounding`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
+
+from a2v.kinematics.limbs import REACH, bend_to, legs_of
+from a2v.kinematics.skeleton import Skeleton
+from a2v.types import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantSettings:
+    """When a foot stands, and what moves so that it does.
+
+    Attributes
+    ----------
+    height : float
+        Metres over its own floor at which a foot that does not move is no longer near it.
+    speed, share : float
+        Metres a second at which a foot on its floor no longer stands, and what each metre a second of the body adds to that: the feet of a generated
+        runner slide with the body, but far slower than they swing.
+    least, most : float
+        A foot whose height and speed, in these units, add up to less than `least` stands; the better one of two stands up to `most`, as
+        somebody has to.
+    low : float
+        Metres over its own floor up to which the better foot has to stand; higher, the person flies.
+    shortest : float
+        Seconds; shorter contacts are dropped, shorter gaps are closed.
+    carry : float
+        Share of what standing feet slide that the whole body is moved back by.
+    sway : float
+        Seconds (standard deviation) over which that is smoothed.
+    ease : float
+        Seconds (standard deviation) over which a correction of a foot begins and ends.
+    clearance, rise : float
+        Metres of air under a foot that swings, and seconds in which it gets there.
+    reach : float
+        Largest drop of the pelvis, metres, for a leg that is too short for its place.
+    settled : bool
+        Whether feet that stand come down to their own floor; not where the ground has steps.
+    """
+
+    height: float = 0.06
+    speed: float = 0.5
+    share: float = 0.4
+    least: float = 1.0
+    most: float = 2.2
+    low: float = 0.06
+    shortest: float = 0.1
+    carry: float = 1.0
+    sway: float = 0.12
+    ease: float = 0.04
+    clearance: float = 0.045
+    rise: float = 0.12
+    reach: float = 0.12
+    settled: bool = True
+
+
+PLANT = PlantSettings()
+LOW_SECONDS = 0.8
+"""Seconds over which a foot's floor is its lowest level, where the ground has steps."""
+LOW_QUANTILE = 0.05
+"""Share of a clip in which a foot may be below its own floor."""
+
+
+def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatArray:
+    """The level that a joint of a foot with `heights` (..., T) stands on: (..., T), one for the clip, or, with `steps`, the lowest nearby."""
+    if not steps:
+        return np.broadcast_to(np.quantile(heights, LOW_QUANTILE, axis=-1, keepdims=True), heights.shape)
+    width = max(1, round(LOW_SECONDS * fps))
+    floor: FloatArray = minimum_filter1d(heights, width, axis=-1, mode="nearest")
+    return floor
+
+
+def plant_feet(
+    joints: FloatArray, skeleton: Skeleton, fps: float, *, settings: PlantSettings = PLANT, stays: FloatArray | None = None
+) -> FloatArray:
+    """Clips whose standing feet stay where they are.
+
+    Parameters
+    ----------
+    joints : (..., T, J, 3) float
+        Metres, y up; the ground is level unless not ``settings.settled``.
+    skeleton : Skeleton
+        Without two legs whose feet are their ends the clips are returned as they are.
+    fps : float
+    settings : PlantSettings
+    stays : (T,) float or None
+        How much of each frame stays as it is, in [0, 1].
+
+    Returns
+    -------
+    (..., T, J, 3) float32
+        Bones keep their lengths.
+    """
+    legs = legs_of(skeleton)
+    if len(legs) != 2 or joints.shape[-3] < 4:
+        return np.asarray(joints, np.float32)
+    clips = joints.reshape(-1, *joints.shape[-3:]).astype(np.float64)
+    # (leg, clip, frame): ankles and toes
+    feet = np.stack([clips[:, :, [leg[2], leg[3]]] for leg in legs]).swapaxes(2, 3).transpose(0, 1, 3, 2, 4)
+    stands, by_toe, floor = contacts(feet, clips[:, :, 0], fps, settings)
+    steps = _held_steps(feet, by_toe)
+    free = np.ones(clips.shape[1]) if stays is None else 1 - stays
+    body = _carried(stands, steps, fps, settings) * free[:, None]
+    clips[..., 0] += body[..., None, 0]
+    clips[..., 2] += body[..., None, 1]
+    steps = steps + np.diff(body, axis=1, prepend=body[:, :1])
+    over = feet[..., 1] - floor
+    move = _moves(stands, steps, over, fps, settings) * free[:, None]
+    move[..., 1] += _cleared(over + move[..., None, 1], feet, stands, fps, settings) * free
+    _reach(clips, legs, move, free, fps, settings)
+    return clips.astype(np.float32).reshape(joints.shape)
+
+
+def contacts(feet: FloatArray, root: FloatArray, fps: float, settings: PlantSettings = PLANT) -> tuple[BoolArray, BoolArray, FloatArray]:
+    """When feet stand, by height over their own floor and by speed.
+
+    Parameters
+    ----------
+    feet : (2, N, T, 2, 3) float
+        Ankle and toe of both legs, metres.
+    root : (N, T, 3) float
+
+    Returns
+    -------
+    stands : (2, N, T) bool
+    by_toe : (2, N, T) bool
+        Whether the toe is what stands, rather than the heel.
+    floor : (2, N, T, 2) float
+        Own floor of ankles and toes.
+    """
+    floor = np.stack([own_floor(feet[..., part, 1], fps, steps=not settings.settled) for part in (0, 1)], axis=-1)
+    over = np.maximum(feet[..., 1] - floor, 0)
+    speed = _speed(feet[..., [0, 2]], fps)
+    body = gaussian_filter1d(_speed(root[..., [0, 2]], fps), 0.2 * fps, axis=-1, mode="nearest")
+    cost = over / settings.height + speed / (settings.speed + settings.share * body)[None, :, :, None]
+    by_toe = cost[..., 1] <= cost[..., 0] + 0.1
+    best = cost.min(axis=-1)
+    low = over.min(axis=-1) < settings.low
+    has_to = (best <= best[::-1]) & low & (best < settings.most)
+    stands = _without_short((best < settings.least) | has_to, settings.shortest * fps)
+    return stands, by_toe, floor
+
+
+def _speed(points: FloatArray, fps: float) -> FloatArray:
+    """Speeds (..., T) or (..., T, P) of points (N, T, D) or (2, N, T, P, D), the slower of both steps."""
+    axis = -2 if points.ndim == 3 else -3
+    steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1) * fps
+    at = axis + 1
+    first, last = np.take(steps, [0], axis=at), np.take(steps, [-1], axis=at)
+    slower: FloatArray = np.minimum(np.concatenate([first, steps], axis=at), np.concatenate([steps, last], axis=at))
+    return slower
+
+
+def _without_short(flags: BoolArray, frames: float) -> BoolArray:
+    """Flags (..., T) without gaps, and then without runs, that are shorter than `frames`."""
+    flat = flags.reshape(-1, flags.shape[-1]).copy()
+    for value in (False, True):
+        which, number, counts, ends = _runs(flat == value)
+        short = counts < min(frames, flat.shape[-1])
+        if not value:
+            short &= ~ends  # what lies before the first contact and after the last is no gap
+        flat[which] ^= short[number]
+    return flat.reshape(flags.shape)
+
+
+def _runs(flags: BoolArray) -> tuple[BoolArray, IntArray, IntArray, BoolArray]:
+    """Of flags (N, T): the flags, the number of its run for each frame that has one, the runs' lengths, and whether they touch an end."""
+    begins = flags & ~np.concatenate([np.zeros_like(flags[:, :1]), flags[:, :-1]], axis=1)
+    number = np.cumsum(begins.reshape(-1)).reshape(flags.shape)[flags] - 1
+    counts = np.bincount(number, minlength=int(begins.sum()))
+    ends = np.zeros(len(counts), bool)
+    at = np.zeros(flags.shape, int)
+    at[flags] = number
+    for column in (0, -1):
+        ends[at[flags[:, column], column]] = True
+    return flags, number, counts, ends
+
+
+def _held_steps(feet: FloatArray, by_toe: BoolArray) -> FloatArray:
+    """What the part of a foot that stands moves from the frame before (2, N, T, 2), over the ground; the first frame's is 0."""
+    steps = np.diff(feet[..., [0, 2]], axis=2, prepend=feet[:, :, :1][..., [0, 2]])
+    toe = by_toe.copy()
+    toe[:, :, 1:] &= by_toe[:, :, :-1]  # the toe holds where it has stood before
+    held: FloatArray = np.where(toe[..., None], steps[..., 1, :], steps[..., 0, :])
+    return held
+
+
+def _carried(stands: BoolArray, steps: FloatArray, fps: float, settings: PlantSettings) -> FloatArray:
+    """Where the whole body is moved (N, T, 2) so that standing feet slide less: their steps are taken off its path."""
+    both = stands.copy()
+    both[:, :, 1:] &= stands[:, :, :-1]
+    both[:, :, 0] = False
+    weight = both.astype(float)
+    slid = (weight[..., None] * steps).sum(axis=0)
+    total = weight.sum(axis=0)[..., None]
+    sigma = settings.sway * fps
+    smooth = gaussian_filter1d(slid, sigma, axis=1, mode="nearest") / np.maximum(gaussian_filter1d(np.maximum(total, 0.02), sigma, axis=1, mode="nearest"), 1e-6)
+    moved: FloatArray = -settings.carry * np.cumsum(smooth, axis=1)
+    return moved - moved[:, :1]
+
+
+def _moves(stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, settings: PlantSettings) -> FloatArray:
+    """What moves each foot (2, N, T, 3): standing, it stays at the middle of where it slid, on its floor; smooth between."""
+    shape = stands.shape
+    flat = stands.reshape(-1, shape[-1])
+    which, number, counts, _ = _runs(flat)
+    slid = -np.cumsum(steps.reshape(-1, shape[-1], 2), axis=1)
+    move = np.zeros((*flat.shape, 3))
+    height = np.where(settings.settled, -over.min(axis=-1), 0).reshape(flat.shape)
+    for axis in (0, 1):
+        own = slid[..., axis][which]
+        mean = np.bincount(number, own, minlength=len(counts)) / np.maximum(counts, 1)
+        held = np.zeros(flat.shape)
+        held[which] = own - mean[number]
+        move[..., 2 * axis] = held
+    move[..., 1] = np.where(flat, height, 0)
+    _bridge(move, flat)
+    smooth = gaussian_filter1d(move, settings.ease * fps, axis=1, mode="nearest")
+    # standing feet keep what holds them, and come to it where they land
+    inner = minimum_filter1d(flat.astype(float), 3, axis=1, mode="nearest")[..., None]
+    moved: FloatArray = (inner * move + (1 - inner) * smooth).reshape(*shape, 3)
+    return moved
+
+
+def _bridge(move: FloatArray, flags: BoolArray) -> None:
+    """Fill rows (N, T, C) where no flag (N, T) is, in place: smoothly from the last flagged row to the next, constant beyond the ends."""
+    frames = flags.shape[1]
+    at = np.arange(frames)
+    before = np.maximum.accumulate(np.where(flags, at, -1), axis=1)
+    after = np.minimum.accumulate(np.where(flags, at, frames)[:, ::-1], axis=1)[:, ::-1]
+    some = flags.any(axis=1)
+    first, last = np.where(before < 0, after, before), np.where(after >= frames, before, after)
+    first, last = np.where(some[:, None], first, 0), np.where(some[:, None], last, 0)
+    share = np.where(last > first, (at - first) / np.maximum(last - first, 1), 0.0)
+    share = (share * share * (3 - 2 * share))[..., None]
+    rows = np.arange(len(flags))[:, None]
+    move[:] = (1 - share) * move[rows, first] + share * move[rows, last]
+
+
+def _cleared(over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings) -> FloatArray:
+    """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear of it while it swings."""
+    if not settings.settled:
+        return np.zeros(stands.shape)
+    swings = np.clip((_speed(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
+    frames = max(1, round(settings.rise * fps))
+    rising = gaussian_filter1d(minimum_filter1d(swings, frames, axis=-1, mode="nearest"), frames / 3, axis=-1, mode="nearest")
+    wanted = settings.clearance * np.minimum(rising * 1.5, 1.0)
+    needed = np.maximum(wanted - over.min(axis=-1), 0)
+    smooth: FloatArray = gaussian_filter1d(maximum_filter1d(needed, 3, axis=-1, mode="nearest"), 0.03 * fps, axis=-1, mode="nearest")
+    return np.where(stands, needed, np.maximum(smooth, needed))
+
+
+def _reach(clips: FloatArray, legs: tuple[tuple[int, int, int, int], ...], move: FloatArray, free: FloatArray, fps: float, settings: PlantSettings) -> None:
+    """Bring feet to where `move` (2, N, T, 3) has them, in place, as far as frames are `free` (T,): the pelvis comes down for legs that are too short, knees give way."""
+    drop = np.zeros(clips.shape[:2])
+    targets = []
+    for (hip, knee, ankle, _), by in zip(legs, move, strict=True):
+        upper, lower = (np.linalg.norm(clips[:, :, b] - clips[:, :, a], axis=-1) for a, b in ((hip, knee), (knee, ankle)))
+        target = clips[:, :, ankle] + by
+        targets.append(target)
+        way = target - clips[:, :, hip]
+        now = np.linalg.norm(clips[:, :, ankle] - clips[:, :, hip], axis=-1)
+        longest = np.maximum(REACH * (upper + lower), now)
+        flat = (way[..., [0, 2]] ** 2).sum(-1)
+        down = np.sqrt(np.maximum(longest**2 - flat, (0.5 * longest) ** 2))
+        drop = np.maximum(drop, np.clip(-way[..., 1] - down, 0, settings.reach))
+    width = max(1, round(0.1 * fps))
+    drop = gaussian_filter1d(maximum_filter1d(drop, 2 * width + 1, axis=-1, mode="nearest"), width / 1.5, axis=-1, mode="nearest")
+    clips[..., 1] -= (drop * free)[..., None]
+    for (hip, knee, ankle, toe), target in zip(legs, targets, strict=True):
+        foot = clips[:, :, toe] - clips[:, :, ankle]
+        clips[:, :, knee], clips[:, :, ankle] = bend_to(clips[:, :, hip], clips[:, :, knee], clips[:, :, ankle], target)
+        clips[:, :, toe] = clips[:, :, ankle] + foot

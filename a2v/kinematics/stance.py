@@ -1,0 +1,42 @@
+"""How legs stand, by landmarks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.types import FloatArray
+
+
+def leg_stance(side: str, pixels: FloatArray, confidence: FloatArray, points: FloatArray | None) -> tuple[bool, bool]:
+    """Whether a leg looks straight, and upright too, as one that carries weight.
+
+    The bounds were chosen by hand: what a straight leg looks like in photos of people who stand.
+
+    Parameters
+    ----------
+    side : str
+        "left" or "right".
+    pixels : (33, 2)
+        BlazePose landmarks, u to the right, v downwards.
+    confidence : (33,)
+    points : (33, 3), optional
+        The same in 3D, any unit, if they are usable.
+    """
+    hip, knee, ankle, shoulder = (LANDMARK_INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder"))
+    if min(confidence[[hip, knee, ankle]]) < 0.3:
+        return False, False
+
+    def bend(positions: FloatArray) -> float:
+        upper, lower = positions[knee] - positions[hip], positions[ankle] - positions[knee]
+        cosine = upper @ lower / max(np.linalg.norm(upper) * np.linalg.norm(lower), 1e-9)
+        return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+    leg = pixels[ankle] - pixels[hip]
+    straight = bend(pixels) < 15.0
+    if points is not None and np.isfinite(points[[hip, knee, ankle]]).all():
+        straight &= bend(points) < 35.0  # detectors bend straight legs by some twenty degrees
+    if confidence[shoulder] > 0.3:  # a leg that points at the camera is short beside the trunk
+        straight &= bool(np.linalg.norm(leg) > 1.15 * np.linalg.norm(pixels[hip] - pixels[shoulder]))
+    upright = abs(leg[0]) < 0.3 * leg[1]
+    return bool(straight), bool(straight and upright)

@@ -1,0 +1,83 @@
+"""What the body map is trained to make small, and what its errors are in metres."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from a2v.kinematics.names import BLAZEPOSE
+from a2v.lab.bodymap.examples import Example
+from a2v.lab.bodymap.networks import MAPS, BodyMaps
+
+_LIMBS = [index for index, name in enumerate(BLAZEPOSE) if name.split("_")[-1] in ("elbow", "wrist", "knee", "ankle")]
+_FRONT, _LOG_FRONT, _LOG_PLACE, _INSIDE = (MAPS.index(name) for name in ("front", "log_front", "log_place", "inside"))
+
+
+def tensors(batch: Example, device: torch.device) -> dict[str, Tensor]:
+    """The arrays of a batch by name, on a device; pictures with their channels last."""
+    found = {name: torch.from_numpy(values).to(device) for name, values in vars(batch).items()}
+    found["picture"] = found["picture"].contiguous(memory_format=torch.channels_last)
+    return found
+
+
+def losses(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
+    """Weighted losses of a batch: mean absolute errors, and negative log likelihoods of Laplace distributions with the scales that are told.
+
+    Parameters
+    ----------
+    told : BodyMaps
+    true : mapping of str to Tensor
+        A batch's `tensors`.
+    """
+    weights, error = true["weights"], (told.points - true["points"]).abs()
+    plane, depth = error[..., :2].mean(dim=-1), error[..., 2]
+    first = (told.first - true["points"]).abs().mean(dim=-1)
+    seen, maps = true["seen"], told.maps
+    count = seen[:, 0].sum().clamp(min=1)
+    place = (maps[:, :_FRONT] - true["places"]).abs().mean(dim=1)
+    depths = (maps[:, _FRONT:_LOG_FRONT] - true["depths"]).abs()
+
+    def mean(values: Tensor, there: Tensor) -> Tensor:
+        return (values * there).sum() / count
+
+    likelihood = _laplace(plane, told.log_scales[..., 0]) + _laplace(depth, told.log_scales[..., 1])
+    of_maps = mean(_laplace(place, maps[:, _LOG_PLACE].clamp(-6, 1)), seen[:, 0])
+    of_maps = of_maps + mean(_laplace(depths, maps[:, _LOG_FRONT:_LOG_PLACE].clamp(-7, 0)), seen)
+    return {
+        "plane": 10 * (plane * weights).mean(),
+        "depth": 15 * (depth * weights).mean(),
+        "first": 5 * (first * weights).mean(),
+        "likelihood": 0.1 * (likelihood * weights).mean(),
+        "place": 2 * mean(place, seen[:, 0]),
+        "front": 8 * mean(depths[:, 0], seen[:, 0]),
+        "back": 4 * mean(depths[:, 1], seen[:, 1]),
+        "maps_likelihood": 0.05 * of_maps,
+        "inside": 0.1 * functional.binary_cross_entropy_with_logits(maps[:, _INSIDE], seen[:, 0].float()),
+    }
+
+
+def _laplace(error: Tensor, log_scale: Tensor) -> Tensor:
+    """Negative log likelihood, up to a constant, of absolute errors."""
+    return error * torch.exp(-log_scale) + log_scale
+
+
+def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
+    """Mean errors (B,) of each view, centimetres (places: of their own unit); NaN where nothing is seen.
+
+    Elbows, wrists, knees and ankles within the picture: distance in the picture's plane, and in depth; depth of all landmarks; of the front.
+    """
+    centimetres = 100 / true["scale"]
+    inside = true["weights"] > 0.25
+    gap = torch.where(inside[..., None], told.points - true["points"], torch.nan)
+    seen = true["seen"][:, 0]
+    count = seen.sum(dim=(1, 2))
+    front = ((told.maps[:, _FRONT] - true["depths"][:, 0]).abs() * seen).sum(dim=(1, 2)) / count
+    place = ((told.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(dim=(1, 2)) / count
+    return {
+        "limbs": gap[:, _LIMBS, :2].norm(dim=-1).nanmean(dim=1) * centimetres,
+        "limbs_depth": gap[:, _LIMBS, 2].abs().nanmean(dim=1) * centimetres,
+        "landmarks_depth": gap[..., 2].abs().nanmean(dim=1) * centimetres,
+        "front_depth": front * centimetres,
+        "places": place,
+    }

@@ -1,0 +1,396 @@
+"""What every data set of motions becomes: clips of joints with action labels."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import io
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import read_bytes, reading
+from a2v.kinematics import Skeleton, bone_lengths, inverse_kinematics, skeleton_of
+from a2v.types import FloatArray, IntArray, Motion
+
+MAX_FILE_BYTES = 64 << 20
+"""A single clip larger than this is refused before it is read."""
+MAX_ARCHIVE_BYTES = 256 << 20
+"""A zip that unpacks to more is refused: all its clips are kept in memory. The published sets have 24 and 46 MB."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NativeFrame:
+    """How the published files and classifiers of a data set measure space.
+
+    ``world = native * signs * metres_per_unit``; the papers' classifiers expect native joints.
+
+    Attributes
+    ----------
+    metres_per_unit : float
+        Metres of one native unit.
+    signs : 3 floats of +1 or -1
+        Sign of each axis: HumanAct12's camera looks along +z with y down, so (1, -1, -1).
+    """
+
+    metres_per_unit: float = 1.0
+    signs: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def flip(self, joints: FloatArray) -> FloatArray:
+        """Joints (..., 3) float32 from the files' axes to ours, or back: each sign is its own inverse."""
+        flipped: FloatArray = joints * np.asarray(self.signs, dtype=np.float32)
+        return flipped
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """One clip of a data set, as a loader reads it.
+
+    Attributes
+    ----------
+    joints : (T, J, 3) float32
+        Axes of the world, native units.
+    action : int
+        Index into the data set's actions.
+    name, subject : str
+    """
+
+    joints: FloatArray
+    action: int
+    name: str
+    subject: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionDataset:
+    """Clips of skeletal motion with an action each.
+
+    Joints are kept in the world's axes (y up) but in the data set's own unit, in which the papers' models and
+    classifiers work; `motion` gives metres.
+
+    Attributes
+    ----------
+    name : str
+    skeleton : Skeleton
+    actions : tuple of str
+        Names in the order of the labels.
+    joints : tuple of N arrays (T_i, J, 3) float32
+        Axes of the world, native units, as recorded (not moved to the origin).
+    labels : (N,) int64
+        Index into `actions`.
+    clip_names : tuple of N str
+    subjects : tuple of N str
+        Who was recorded, for held-out splits.
+    fps : float
+        Frames per second.
+    length : int
+        Frames the papers generate and evaluate.
+    frame : NativeFrame
+    trajectory : bool
+        Whether the roots travel; False where they are only known up to the person's own position (NTU-VIBE).
+    notes : tuple of str
+        What the loader wants people to know: files it passed over, units it guessed.
+    traits : tuple of tuples of str
+        What each action shares with others ("coarse:Walk", "style:sad"), so that rare actions can be learned from their like; empty
+        where nothing is known.
+    descriptions : tuple of tuples of str
+        What people said of each action's clips; empty where nothing is known.
+    """
+
+    name: str
+    skeleton: Skeleton
+    actions: tuple[str, ...]
+    joints: tuple[FloatArray, ...] = field(repr=False)
+    labels: IntArray = field(repr=False)
+    clip_names: tuple[str, ...] = field(repr=False)
+    subjects: tuple[str, ...] = field(repr=False)
+    fps: float
+    length: int
+    frame: NativeFrame = NativeFrame()
+    trajectory: bool = True
+    notes: tuple[str, ...] = ()
+    traits: tuple[tuple[str, ...], ...] = ()
+    descriptions: tuple[tuple[str, ...], ...] = ()
+
+    @classmethod
+    def from_clips(cls, clips: Sequence[Clip], **facts: Any) -> ActionDataset:
+        """A data set of these clips; `facts` are all attributes that no clip has."""
+        return cls(
+            joints=tuple(clip.joints for clip in clips),
+            labels=np.asarray([clip.action for clip in clips], dtype=np.int64),
+            clip_names=tuple(clip.name for clip in clips),
+            subjects=tuple(clip.subject for clip in clips),
+            **facts,
+        )
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over names, labels and joints: which data a result was measured on."""
+        digest = hashlib.sha256(repr((self.name, self.actions, self.clip_names, self.fps)).encode())
+        digest.update(np.ascontiguousarray(self.labels, dtype=np.int64).tobytes())
+        for joints in self.joints:
+            digest.update(np.ascontiguousarray(joints, dtype=np.float32).tobytes())
+        return digest.hexdigest()
+
+    @cached_property
+    def clip_bone_lengths(self) -> FloatArray:
+        """Median bone lengths of each clip, (N, J) float32, native units."""
+        lengths: FloatArray = np.stack([np.median(bone_lengths(joints, self.skeleton), axis=0) for joints in self.joints]).astype(
+            np.float32
+        )
+        return lengths
+
+    @cached_property
+    def _motion_skeleton(self) -> Skeleton:
+        return skeleton_of(self.skeleton.name, self.skeleton.parents.tolist(), self.skeleton.joint_names)
+
+    def motion(self, index: int) -> Motion:
+        """Clip `index` as a Motion: metres, starting above the origin, its lowest joint on the ground."""
+        joints = self.joints[index] * np.float32(self.frame.metres_per_unit)
+        joints = joints - np.array([joints[0, 0, 0], joints[..., 1].min(), joints[0, 0, 2]], dtype=np.float32)
+        return Motion(
+            joints=joints,
+            # a Motion names its skeleton: the rotations are those of the skeleton that this name gives
+            rotations=inverse_kinematics(joints, self._motion_skeleton).astype(np.float32),
+            root=joints[:, 0],
+            fps=self.fps,
+            parents=self.skeleton.parents,
+            joint_names=self.skeleton.joint_names,
+            skeleton=self.skeleton.name,
+            action=self.actions[int(self.labels[index])],
+            provenance={"dataset": self.name, "clip": self.clip_names[index]},
+        )
+
+    def subset(self, keep: Sequence[int]) -> ActionDataset:
+        """The clips of the given indices, with all actions kept in their order."""
+        return dataclasses.replace(
+            self,
+            joints=tuple(self.joints[i] for i in keep),
+            labels=self.labels[list(keep)],
+            clip_names=tuple(self.clip_names[i] for i in keep),
+            subjects=tuple(self.subjects[i] for i in keep),
+        )
+
+    def split(self, held_out: Sequence[str]) -> tuple[ActionDataset, ActionDataset]:
+        """(training, held-out) clips, the latter of the subjects `held_out`.
+
+        Raises
+        ------
+        InputError
+            A subject is unknown or a side is empty.
+        """
+        known = set(self.subjects)
+        if missing := sorted(set(held_out) - known):
+            raise InputError(f"{self.name} has no subject '{missing[0]}'; it has {', '.join(sorted(known))}")
+        inside = [i for i, subject in enumerate(self.subjects) if subject in set(held_out)]
+        outside = [i for i, subject in enumerate(self.subjects) if subject not in set(held_out)]
+        if not inside or not outside:
+            raise InputError(f"holding out {', '.join(held_out)} leaves one side of {self.name} empty")
+        return self.subset(outside), self.subset(inside)
+
+    def split_clips(self, share: float = 0.2, *, seed: int = 0) -> tuple[ActionDataset, ActionDataset]:
+        """(training, held-out) clips, `share` of every action in the latter; an action keeps at least one for training.
+
+        For data whose subjects are unknown: clips of one person on both sides make results look better than `split` would.
+
+        Raises
+        ------
+        InputError
+            No action has clips to spare.
+        """
+        generator = np.random.default_rng(seed)
+        held: list[int] = []
+        for label in np.unique(self.labels):
+            own = np.flatnonzero(self.labels == label)
+            held += generator.permutation(own)[: min(max(round(share * len(own)), 1), len(own) - 1)].tolist()
+        if not held:
+            raise InputError(f"no action of {self.name} has two clips; record more, so that some can be held out")
+        return self.subset(np.setdiff1d(np.arange(len(self)), held).tolist()), self.subset(sorted(held))
+
+    def choose_subjects(self, share: float = 0.2, *, seed: int = 0) -> tuple[str, ...]:
+        """Subjects to hold out: about `share` of the clips, with every action left on the training side.
+
+        Subjects are taken in a random order as long as they fit; so the choice depends on the data and on `seed` alone.
+
+        Raises
+        ------
+        InputError
+            There is only one subject, or none can be spared.
+        """
+        subjects, actions = np.array(self.subjects), set(self.labels.tolist())
+        order = [str(name) for name in np.random.default_rng(seed).permutation(sorted(set(self.subjects)))]
+        chosen: list[str] = []
+
+        def spared(names: list[str]) -> bool:
+            return set(self.labels[~np.isin(subjects, names)].tolist()) == actions
+
+        for subject in order:
+            held = int(np.isin(subjects, [*chosen, subject]).sum())
+            if held <= share * len(self) and spared([*chosen, subject]):
+                chosen.append(subject)
+        if not chosen:  # everyone has more than the share: the one with the fewest clips
+            chosen = sorted((name for name in order if spared([name])), key=self.subjects.count)[:1]
+        if not chosen:
+            raise InputError(
+                f"{self.name} has {len(order)} subjects ({', '.join(order[:5])}); none can be held out without losing an action: "
+                "name each clip SUBJECT_something, or record more people"
+            )
+        return tuple(sorted(chosen))
+
+
+class ClipSampler:
+    """Random windows of a data set, all of one length, drawn without a loop over clips.
+
+    A window starts at a random frame of its clip; a clip that is too short is padded by repeating its last
+    pose; the first root is moved to the origin (the papers' protocol).
+
+    A `balance` is the share of a batch for which first an action is drawn, all alike, and then one of its clips; the others are drawn from all clips alike.
+    """
+
+    def __init__(self, dataset: ActionDataset, length: int, *, balance: float = 0.0) -> None:
+        self.length = length
+        self.labels = np.asarray(dataset.labels, dtype=np.int64)
+        self.balance = balance
+        self._by_action = np.argsort(self.labels, kind="stable")
+        self._clips_of = np.bincount(self.labels)
+        self._frames = np.concatenate(dataset.joints).astype(np.float32)
+        self._counts = np.array([len(joints) for joints in dataset.joints])
+        self._starts = np.concatenate([[0], np.cumsum(self._counts)[:-1]])
+        self._lengths = dataset.clip_bone_lengths
+
+    def windows(self, clips: IntArray, generator: np.random.Generator) -> FloatArray:
+        """One random window (B, length, J, 3) float32 of each clip index in `clips` (B,)."""
+        slack = np.maximum(self._counts[clips] - self.length, 0)
+        first = generator.integers(0, slack + 1)
+        index = np.minimum(first[:, None] + np.arange(self.length), self._counts[clips][:, None] - 1)
+        joints = self._frames[self._starts[clips][:, None] + index]
+        moved: FloatArray = joints - joints[:, :1, :1]
+        return moved
+
+    def draw(self, size: int, generator: np.random.Generator) -> IntArray:
+        """Indices (B,) of `size` clips, drawn with replacement."""
+        clips: IntArray = generator.integers(0, len(self.labels), size)
+        if self.balance:
+            actions = generator.choice(np.flatnonzero(self._clips_of), size)
+            first = np.cumsum(self._clips_of) - self._clips_of
+            alike = self._by_action[first[actions] + (generator.random(size) * self._clips_of[actions]).astype(np.int64)]
+            clips = np.where(generator.random(size) < self.balance, alike, clips)
+        return clips
+
+    def batch(self, size: int, generator: np.random.Generator) -> tuple[FloatArray, IntArray, FloatArray]:
+        """`size` clips drawn with replacement: windows (B, T, J, 3), labels (B,), bone lengths (B, J)."""
+        clips = self.draw(size, generator)
+        return self.windows(clips, generator), self.labels[clips], self._lengths[clips]
+
+
+def check_joints(array: np.ndarray, n_joints: int, where: str) -> FloatArray:
+    """Return `array` as (T, n_joints, 3) float32.
+
+    Raises
+    ------
+    InputError
+        Wrong shape, fewer than 2 frames, or numbers that are not finite; `where` names the file.
+    """
+    if array.ndim == 2 and array.shape[1] == 3 * n_joints:
+        array = array.reshape(len(array), n_joints, 3)
+    if array.ndim != 3 or array.shape[1:] != (n_joints, 3):
+        raise InputError(f"{where}: joints have shape {array.shape}; expected (frames, {n_joints}, 3)")
+    if len(array) == 0:
+        raise InputError(f"{where}: the clip has no frames")
+    if len(array) == 1:
+        raise InputError(f"{where}: the clip has 1 frame; a motion needs at least 2: take the file away")
+    if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
+        raise InputError(f"{where}: joints must be finite floating-point numbers; found {array.dtype} with NaN or infinity, or integers")
+    return array.astype(np.float32)
+
+
+class FileSource:
+    """Reads files by name from a folder or, without unpacking it, from a zip archive."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        if path.is_dir():
+            self._archive = None
+        elif path.is_file():
+            with reading(path, "zip archive that can be read", "a folder or a zip"):
+                self._archive = zipfile.ZipFile(path)
+                unpacked = sum(info.file_size for info in self._archive.infolist())
+            if unpacked > MAX_ARCHIVE_BYTES:
+                raise InputError(f"{path} unpacks to {unpacked >> 20} MB; at most {MAX_ARCHIVE_BYTES >> 20} MB are read: unpack it into a folder")
+        else:
+            raise InputError(f"{path} does not exist; give the data set's folder or zip archive")
+
+    def names(self, suffix: str) -> list[str]:
+        """Sorted names (relative, with forward slashes) that end with `suffix`."""
+        if self._archive is not None:
+            names = [name for name in self._archive.namelist() if not name.endswith("/")]
+        else:
+            names = [item.relative_to(self.path).as_posix() for item in self.path.rglob(f"*{suffix}") if item.is_file()]
+        return sorted(name for name in names if name.endswith(suffix) and not PurePosixPath(name).name.startswith("."))
+
+    def read(self, name: str) -> bytes:
+        """The content of one file.
+
+        Raises
+        ------
+        InputError
+            It is larger than `MAX_FILE_BYTES`, missing or damaged.
+        """
+        where = f"{self.path}/{name}"
+        if self._archive is None:
+            return read_bytes(self.path / name, limit=MAX_FILE_BYTES, empty=True)
+        with reading(where, "file that can be unpacked", "one that is whole and not encrypted"):
+            if name not in self._archive.NameToInfo:
+                raise InputError(f"{where} does not exist")
+            size = self._archive.getinfo(name).file_size
+            if size > MAX_FILE_BYTES:
+                raise InputError(f"{where}: {size >> 20} MB is too large for a clip (limit {MAX_FILE_BYTES >> 20} MB)")
+            return self._archive.read(name)
+
+    def read_npy(self, name: str) -> np.ndarray:
+        """One ``.npy`` array, never unpickled.
+
+        Raises
+        ------
+        InputError
+            As of `read`, or it is no such file.
+        """
+        data = self.read(name)
+        with reading(f"{self.path}/{name}", "readable .npy file"):
+            array = np.load(io.BytesIO(data), allow_pickle=False)
+        if not isinstance(array, np.ndarray):
+            raise InputError(f"{self.path}/{name} is an archive; expected one .npy array")
+        return array
+
+
+def find_source(path: str | Path, *, archive: str, marker: str) -> FileSource:
+    """The source of a data set: `path` itself, or the `archive` inside it.
+
+    Parameters
+    ----------
+    path : path
+    archive : str
+        Name of the published zip.
+    marker : str
+        How the name of a file that must be there ends.
+
+    Raises
+    ------
+    InputError
+        No such folder or zip, or none of its files ends so.
+    """
+    root = Path(path)
+    found = root / archive if root.is_dir() and (root / archive).is_file() else root
+    source = FileSource(found)
+    if not source.names(marker):
+        raise InputError(f"{found} holds no *{marker} files; expected the folder or zip of the data set ({archive})")
+    return source

@@ -1,0 +1,148 @@
+"""A user's own actions: a folder (or zip) of BVH files with one sub-folder an action."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.formats.bvh import read_bvh
+from a2v.kinematics import SKELETONS, Skeleton, skeleton_from_parents
+from a2v.kinematics.names import canonical_joints
+from a2v.lab.datasets.base import ActionDataset, Clip, FileSource, check_joints
+from a2v.types import Motion, Progress
+
+
+@dataclass(frozen=True)
+class BVHFolderSettings:
+    """How a folder of BVH becomes a data set.
+
+    Attributes
+    ----------
+    fps : float
+        Every clip is resampled to this rate, frames per second.
+    frames : int
+        Length of the windows that models learn and are measured on; shorter clips hold their last pose.
+    units : str
+        What the files measure in: a name of `a2v.formats.bvh.UNITS`; "" guesses from the person's height in the first file.
+    up : str
+        The files' upward axis: x, y, z, -x, -y or -z; "" guesses from the first file.
+    """
+
+    fps: float = 20.0
+    frames: int = 60
+    units: str = ""
+    up: str = ""
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.fps) and 1 <= self.fps <= 240):
+            raise InputError(f"fps is {self.fps}; expected 1 to 240")
+        if not 2 <= self.frames <= 10_000:
+            raise InputError(f"frames is {self.frames}; expected 2 to 10000")
+
+
+def load_bvh_folder(path: str | Path, settings: BVHFolderSettings | None = None, *, progress: Progress | None = None) -> ActionDataset:
+    """Load ``ACTION/*.bvh`` or ``ACTION/SUBJECT/*.bvh`` below a folder or inside a zip archive.
+
+    Joints come from the files' own forward kinematics, in metres, y up. The skeleton is the first file's, with its rest
+    offsets as rest directions, and every other file must have the same joints; bone lengths may differ. Units and the
+    upward axis are decided once, on the first file. The subject of a clip is the folder between the action's and the
+    clip, else what its name has before the first underscore (CMU's habit), else "unknown".
+
+    Parameters
+    ----------
+    path : path
+    settings : BVHFolderSettings
+    progress : Progress
+        Called after each file.
+
+    Raises
+    ------
+    InputError
+        No such files, a file that cannot be used or that has another skeleton; the message names the file, and the line where
+        there is one.
+    """
+    settings = settings or BVHFolderSettings()
+    source = FileSource(Path(path))
+    names = _clips(source)
+    actions = tuple(sorted({action for action, _, _ in names.values()}))
+    clips = []
+    first: tuple[str, Motion] | None = None
+    units: str | float | None = settings.units or None
+    up: str | None = settings.up or None
+    for done, (name, (action, subject, clip)) in enumerate(names.items()):
+        where = f"{source.path}/{name}"
+        motion = read_bvh(source.read(name), fps=settings.fps, units=units, up=up, action=action, name=where)
+        if first is None:
+            first = (where, motion)
+            units, up = float(motion.provenance["scale"]), str(motion.provenance["up"])
+        else:
+            _demand_same_joints(motion, where, first)
+        joints = check_joints(motion.joints, len(motion.parents), where)
+        clips.append(Clip(joints=joints, action=actions.index(action), name=clip, subject=subject))
+        if progress is not None:
+            progress(done + 1, len(names))
+    assert first is not None
+    return ActionDataset.from_clips(
+        clips,
+        name="bvh",
+        skeleton=_skeleton(first[1]),
+        actions=actions,
+        fps=settings.fps,
+        length=settings.frames,
+        notes=(f"units: {first[1].provenance['units']}, up: {up}, as in {first[0]}",),
+    )
+
+
+def _clips(source: FileSource) -> dict[str, tuple[str, str, str]]:
+    """Action, subject and clip of each file by its name."""
+    names = [name for name in source.names("") if name.lower().endswith(".bvh")]
+    if not names:
+        raise InputError(f"{source.path} holds no .bvh files; expected one sub-folder an action with its clips inside")
+    inside = {name: PurePosixPath(name).parts for name in names}
+    tops = {parts[0] for parts in inside.values()}
+    if source.path.is_file() and len(tops) == 1 and all(len(parts) > 2 for parts in inside.values()):
+        inside = {name: parts[1:] for name, parts in inside.items()}  # archives often wrap all in one folder
+    clips = {}
+    for name, parts in inside.items():
+        if len(parts) < 2:
+            raise InputError(f"{source.path}/{name} lies in no action's folder; move it to {source.path}/ACTION/{parts[-1]}")
+        stem = PurePosixPath(parts[-1]).stem
+        subject = parts[-2] if len(parts) > 2 else stem.partition("_")[0] if "_" in stem else "unknown"
+        clips[name] = (parts[0], subject, "/".join((*parts[:-1], stem)))
+    return clips
+
+
+def _demand_same_joints(motion: Motion, where: str, first: tuple[str, Motion]) -> None:
+    """All files of a set move the same skeleton."""
+    wanted, found = first[1], motion
+    if found.joint_names == wanted.joint_names and np.array_equal(found.parents, wanted.parents):
+        return
+    missing = [name for name in wanted.joint_names if name not in found.joint_names]
+    extra = [name for name in found.joint_names if name not in wanted.joint_names]
+    what = f"has no joint '{missing[0]}'" if missing else f"has a joint '{extra[0]}' more" if extra else "joins its joints differently"
+    raise InputError(
+        f"{where} {what}: its skeleton is not that of {first[0]}; a data set needs one skeleton, retarget the file or take it away"
+    )
+
+
+def _skeleton(motion: Motion) -> Skeleton:
+    """The known skeleton of that name, or one with the rest pose of the file."""
+    if motion.skeleton in SKELETONS:
+        return SKELETONS[motion.skeleton]
+    skeleton = skeleton_from_parents(motion.parents.tolist(), motion.joint_names, motion.rest_offsets, name=motion.skeleton)
+    found = canonical_joints(motion.joint_names, motion.parents.tolist())
+
+    def known(names: Sequence[str]) -> tuple[int, ...]:
+        return tuple(found[name] for name in names if name in found)
+
+    return dataclasses.replace(
+        skeleton,
+        feet=known(["left_ankle", "left_foot", "right_ankle", "right_foot"]),
+        hips=(found["left_hip"], found["right_hip"]),
+        shoulders=(found["left_shoulder"], found["right_shoulder"]),
+    )

@@ -1,0 +1,110 @@
+"""Several ways to make the same video, side by side on one page (the journal paper's Fig. 6, 16 and 19 to 24), and asked about (Tables 5 and 6)."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.lab.evaluation.survey import Film, SurveySettings, write_survey
+from a2v.types import ByteArray
+
+Films = Mapping[str, Mapping[str, Sequence[ByteArray]]]
+"""Frames (S, S, 3) uint8 by method and view."""
+
+STYLE = (
+    "body{font-family:sans-serif;margin:1.5em;background:#fff;color:#222}table{border-collapse:collapse}"
+    "td,th{padding:2px;font-weight:normal;text-align:center}th.m{text-align:right;padding-right:.7em}img,video{width:180px;display:block}"
+)
+
+
+def write_comparison(path: str | os.PathLike[str], films: Films, *, action: str, fps: float, shown: int = 5, about: str = "") -> None:
+    """Write one page that loads nothing: every method's videos, then the same frames of all of them, view by view.
+
+    Parameters
+    ----------
+    path
+        Ends in ``.html``.
+    films : Films
+        Every method has the same views, as long as each other.
+    shown : int
+        Frames of each view as pictures, evenly spread.
+    about : str
+        A line below the heading.
+
+    Raises
+    ------
+    InputError
+        No film, films of several lengths or views, or `path` does not end in .html.
+    """
+    if Path(path).suffix.lower() != ".html":
+        raise InputError(f"cannot write {path}; expected a name that ends in .html")
+    lengths = {len(frames) for views in films.values() for frames in views.values()}
+    names = {tuple(views) for views in films.values()}
+    if len(lengths) != 1 or len(names) != 1 or not shown >= 1:
+        raise InputError(
+            f"{len(films)} methods have films of {sorted(lengths)} frames; expected the same views and lengths, and frames to show"
+        )
+    views, count = next(iter(names)), next(iter(lengths))
+    chosen = np.unique(np.linspace(0, count - 1, min(shown, count)).round().astype(int))
+    parts = [
+        f"<h1>{html.escape(action)}</h1><p>{html.escape(about)}</p>",
+        _table("", views, {m: [_video(f[v], fps) for v in views] for m, f in films.items()}),
+    ]
+    for view in views:
+        rows = {method: [_picture(own[view][index]) for index in chosen] for method, own in films.items()}
+        parts.append(_table(view, [f"frame {index + 1}" for index in chosen], rows))
+    page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(action)}</title><style>{STYLE}</style>{''.join(parts)}</html>"
+    with atomic_path(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def write_comparison_survey(
+    path: str | os.PathLike[str], films: Films, *, action: str, fps: float, settings: SurveySettings | None = None
+) -> Path:
+    """Write the user study about the same films, a ranking of all methods for each view; returns the key's path. Errors as of `write_survey`."""
+    sources = {
+        method: {f"{action}, {view}": [Film(action, film_bytes(frames, fps))] for view, frames in own.items()}
+        for method, own in films.items()
+    }
+    asked = settings or SurveySettings(preference=len(next(iter(films.values()))), real_or_fake=0, title="Which video looks right?")
+    return write_survey(path, sources, asked)
+
+
+def film_bytes(frames: Sequence[ByteArray], fps: float) -> bytes:
+    """Frames (S, S, 3) as the bytes of an MP4."""
+    from a2v.rendering.video import write_video
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        write_video(path, frames, fps, crf=23)
+        return path.read_bytes()
+
+
+def _table(heading: str, columns: Sequence[str], rows: Mapping[str, Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
+    body = "".join(
+        f"<tr><th class=m>{html.escape(name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>" for name, cells in rows.items()
+    )
+    return f"<h2>{html.escape(heading)}</h2><table><tr><th></th>{head}</tr>{body}</table>"
+
+
+def _video(frames: Sequence[ByteArray], fps: float) -> str:
+    data = base64.b64encode(film_bytes(frames, fps)).decode()
+    return f'<video autoplay loop muted playsinline src="data:video/mp4;base64,{data}"></video>'
+
+
+def _picture(frame: ByteArray) -> str:
+    import PIL.Image
+
+    buffer = io.BytesIO()
+    PIL.Image.fromarray(frame).save(buffer, "jpeg", quality=90)
+    return f'<img src="data:image/jpeg;base64,{base64.b64encode(buffer.getvalue()).decode()}">'

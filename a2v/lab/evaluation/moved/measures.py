@@ -1,0 +1,222 @@
+"""A moved character beside the true person in the same poses: shape, what is torn, colours of other parts, pictures from four sides."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.animation import deform
+from a2v.geometry.colors import linear_to_srgb
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.rays import RayScene
+from a2v.lab.evaluation.moved.carry import carried
+from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase
+from a2v.lab.evaluation.reconstruction.alignment import Scan, align
+from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
+from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surface
+from a2v.lab.studio.texture import texture_at
+from a2v.types import BoolArray, Camera, Character, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+
+LONG_EDGE, STRETCH = 0.04, 3.0
+"""A triangle is torn where an edge is longer than this, metres, and so many times as long as where the character was made."""
+OWN_REACH = 0.06
+"""Metres around a place of the character within which the truth's colours are the place's own."""
+OTHER_REACH = 0.12
+"""Beyond this, metres, they are another part's."""
+OWN_COLOR, OTHER_COLOR = 20.0, 10.0
+"""Differences of colours (CIELAB, lightness counts half): a place whose colour is farther than the first from all its own colours, and
+nearer than the second to one of another part, has that part's colour."""
+SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
+"""Turns about the vertical, degrees."""
+
+
+@dataclass(frozen=True)
+class MovedSettings:
+    """The protocol.
+
+    Attributes
+    ----------
+    points : int
+        On the character, and on the truth, for distances.
+    colored : int
+        On the character, for colours of other parts.
+    size : int
+        Rays along each side of the square pictures.
+    seed : int
+        Chooses points.
+    """
+
+    points: int = 20_000
+    colored: int = 6_000
+    size: int = 320
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A character in the poses of the truth.
+
+    Attributes
+    ----------
+    character : Character
+    made : (V, 3) float64
+        Vertices where the character was made, metres of the truth.
+    vertices : (T, V, 3) float64
+        In each of `POSES`, aligned with the truth, metres.
+    """
+
+    character: Character
+    made: FloatArray
+    vertices: FloatArray
+
+    def surface(self, pose: int) -> Surface:
+        """The character's surface in a pose."""
+        return dataclasses.replace(self.character.surface, vertices=self.vertices[pose].astype(np.float32), face=None)
+
+
+def move(case: MovedCase, character: Character, camera: Camera, subject: Subject, settings: MovedSettings) -> Moved:
+    """Put a character into the poses of a case by skinning, and align each with the truth (rigid, ICP).
+
+    The character's metre is the truth's: both are measured by the photo's pixels.
+
+    Parameters
+    ----------
+    camera : Camera
+        The fitted one, of the pixels of `subject`.
+    """
+    scale = camera.scale / camera_of_crop(case.camera, subject).scale
+    body = character.body
+    poses = carried(body, case.bones, case.heads, case.turns)
+    faces, placed = character.surface.faces.astype(np.int64), []
+    for pose, transforms in enumerate(poses):
+        vertices = scale * deform(character, transforms).astype(np.float64)
+        true = case.vertices[pose].astype(np.float64)
+        low, high, lowest, highest = vertices.min(axis=0), vertices.max(axis=0), true.min(axis=0), true.max(axis=0)
+        vertices += (lowest + highest - low - high) / 2
+        triangles = true[case.surface.faces[case.outer]]
+        truth = RayScene(case.vertices[pose], case.surface.faces[case.outer])
+        points = _points(vertices, faces, settings)
+        theirs = _points(true, case.surface.faces[case.outer], settings)
+        rotation, shift, _ = align(Scan.of(vertices, faces, points), Scan(truth, triangles, theirs))
+        placed.append(vertices @ rotation.T + shift)
+    return Moved(character, scale * character.surface.vertices.astype(np.float64), np.stack(placed))
+
+
+def _points(vertices: FloatArray, faces: IntArray, settings: MovedSettings) -> FloatArray:
+    plain = Surface(vertices=vertices.astype(np.float32), faces=faces.astype(np.int32), colors=np.zeros(vertices.shape, np.float32))
+    return sample_surface(plain, settings.points, seed=settings.seed)[0]
+
+
+def compare_moved(case: MovedCase, moved: Moved, settings: MovedSettings) -> dict[str, dict[str, float]]:
+    """By pose, the first ones of `POSES`: Chamfer distance and the distance that 99 % of the points keep (cm), torn area (%), PSNR (dB) and SSIM, means of
+    four sides; in T-pose also the share of the surface with another part's colour (%).
+    """
+    values = {}
+    for pose, name in enumerate(POSES[: len(moved.vertices)]):
+        values[name] = _distances(case, moved, pose, settings)
+        values[name]["torn"] = 100 * torn_share(moved.made, moved.vertices[pose], moved.character.surface.faces)
+        values[name] |= _pictures(case, moved, pose, settings)
+        if name == T_POSE:
+            values[name]["other"] = 100 * _other_colors(case, moved, pose, settings)
+    return values
+
+
+def _distances(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> dict[str, float]:
+    faces, outer = moved.character.surface.faces.astype(np.int64), case.surface.faces[case.outer]
+    mine, theirs = _points(moved.vertices[pose], faces, settings), _points(case.vertices[pose], outer, settings)
+    forth = RayScene(case.vertices[pose], outer).closest(mine).distance
+    back = RayScene(moved.vertices[pose], faces).closest(theirs).distance
+    return {
+        "chamfer": 50 * float(forth.mean() + back.mean()),
+        "within": 100 * float(np.quantile(np.concatenate([forth, back]), 0.99)),
+    }
+
+
+def torn_share(made: FloatArray, posed: FloatArray, faces: IntArray) -> float:
+    """Share of the area of `posed` (V, 3) in torn triangles (`LONG_EDGE`, `STRETCH`); `made` (V, 3) is where the character was made."""
+    long = _edges(posed, faces)
+    torn = ((long > LONG_EDGE) & (long > STRETCH * np.maximum(_edges(made, faces), 1e-9))).any(axis=1)
+    corners = posed[faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return float(areas[torn].sum() / max(float(areas.sum()), 1e-12))
+
+
+def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Lengths (F, 3) of the faces' edges."""
+    corners = vertices[faces]
+    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+
+
+def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
+    """Share of the character's surface that has another part's colour."""
+    surface = moved.surface(pose)
+    true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
+    mine, colors = colored_points(surface, np.arange(len(surface.faces)), settings.colored, settings.seed)
+    theirs, truth = colored_points(true, case.outer, settings.points, settings.seed + 1)
+    return float(of_other_parts(mine, colors, theirs, truth).mean())
+
+
+def of_other_parts(points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray) -> BoolArray:
+    """Which of `points` (N, 3), metres, of `colors` (N, 3), CIELAB, have a colour that the truth (M, 3) has elsewhere alone.
+
+    See `OWN_COLOR`. Shading and light that no part has count for nothing here.
+    """
+    from scipy.spatial import cKDTree
+
+    weight = np.array([0.5, 1.0, 1.0])
+    own, truth = colors * weight, true_colors * weight
+    tree = cKDTree(true_points)
+    wrong = np.zeros(len(points), bool)
+    near = tree.query_ball_point(points, OWN_REACH)
+    nearest = tree.query(points)[1]
+    for index, members in enumerate(near):
+        members = members or [nearest[index]]
+        wrong[index] = float(np.linalg.norm(truth[members] - own[index], axis=1).min()) > OWN_COLOR
+    asked = np.flatnonzero(wrong)
+    for index, alike in zip(asked, cKDTree(truth).query_ball_point(own[asked], OTHER_COLOR), strict=True):
+        wrong[index] = bool(alike) and bool((np.linalg.norm(true_points[alike] - points[index], axis=1) > OTHER_REACH).any())
+    return wrong
+
+
+def colored_points(surface: Surface, chosen: IntArray, count: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Points (count, 3) uniform by area on the `chosen` faces (n,) of a surface, and their colours (count, 3), CIELAB."""
+    import cv2
+    import trimesh
+
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces[chosen], process=False)
+    points, face = trimesh.sample.sample_surface(mesh, count, seed=seed)
+    weights = trimesh.triangles.points_to_barycentric(mesh.triangles[face], points)
+    weights = np.nan_to_num(weights, nan=1 / 3)
+    if surface.texture is None:
+        colors = np.einsum("nk,nkc->nc", weights, surface.colors[surface.faces[chosen[face]]])
+    else:
+        colors = linear_to_srgb(texture_at(surface, chosen[face], weights[:, 1:].astype(np.float32)))
+    lab = cv2.cvtColor(np.ascontiguousarray(colors[None], np.float32), cv2.COLOR_RGB2LAB)[0]
+    return np.asarray(points, np.float64), np.asarray(lab, np.float64)
+
+
+def _pictures(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> dict[str, float]:
+    """PSNR and SSIM over what either covers, means of four sides; unlit."""
+    true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
+    mine, scores = moved.surface(pose), []
+    for turn in SIDES.values():
+        pictures = [_seen(surface, true.vertices, turn, settings.size) for surface in (mine, true)]
+        scores.append(image_scores(pictures[0][0], pictures[1][0], pictures[0][1] | pictures[1][1]))
+    psnr, ssim = np.mean(scores, axis=0)
+    return {"psnr": float(psnr), "ssim": float(ssim)}
+
+
+def _seen(surface: Surface, framed: FloatArray, turn: float, size: int) -> tuple[FloatArray, BoolArray]:
+    """A surface's colours (size, size, 3) and mask from a side, in the square around `framed` (V, 3)."""
+    middle = (framed.min(axis=0) + framed.max(axis=0)) / 2
+    extent = 1.15 * float(np.ptp(framed, axis=0).max())
+    angle = np.radians(-turn)
+    rotation = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    turned = dataclasses.replace(surface, vertices=((surface.vertices - middle) @ rotation.T).astype(np.float32))
+    camera = OrthographicCamera(scale=size / extent, center_u=size / 2, center_v=size / 2)
+    normals = vertex_normals(turned.vertices.astype(np.float64), turned.faces.astype(np.int64)).astype(np.float32)
+    maps = surface_maps(turned, normals, camera, (size, size), size=size, side=1)
+    return maps.colors, maps.mask

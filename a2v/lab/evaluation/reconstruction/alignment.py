@@ -1,0 +1,94 @@
+"""Rigid alignment, so that a shape counts that is only turned or moved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.rays import RayScene
+from a2v.types import FloatArray, IntArray
+
+
+def similar(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Rotation (3, 3), shift (3,) and factor that bring points (N, 3) nearest to others: ``factor * source @ rotation.T + shift`` (Umeyama 1991)."""
+    rotation, _ = rigid(source, target)
+    middle, aim = source.mean(axis=0), target.mean(axis=0)
+    turned = (source - middle) @ rotation.T
+    factor = float((turned * (target - aim)).sum() / (turned**2).sum())
+    return rotation, aim - factor * rotation @ middle, factor
+
+
+def rigid(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotation (3, 3) and shift (3,) that bring points (N, 3) nearest to others in the sense of least squares (Kabsch 1976)."""
+    middle, aim = source.mean(axis=0), target.mean(axis=0)
+    left, _, right = np.linalg.svd((source - middle).T @ (target - aim))
+    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    rotation: FloatArray = (left @ flip @ right).T
+    return rotation, aim - rotation @ middle
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A surface and points on it.
+
+    Attributes
+    ----------
+    rays : RayScene
+    triangles : (F, 3, 3)
+        Corners of its faces, metres.
+    points : (N, 3)
+        Uniform on it.
+    """
+
+    rays: RayScene
+    triangles: FloatArray
+    points: FloatArray
+
+    @classmethod
+    def of(cls, vertices: FloatArray, faces: IntArray, points: FloatArray) -> Scan:
+        """The scan of a mesh, (V, 3) metres and (F, 3)."""
+        return cls(RayScene(vertices, faces), np.asarray(vertices, np.float64)[faces], points)
+
+
+def aligned_distances(own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False) -> tuple[float, float]:
+    """Chamfer distance and point to surface, metres, after the rigid motion that brings a surface nearest to the truth (ICP, both ways).
+
+    Parameters
+    ----------
+    own, truth : Scan
+        Near each other.
+    rounds : int
+        Rounds of the ICP.
+    count : int
+        Points per side in each round.
+    sized : bool
+        Bring the surface to the truth's size as well.
+    """
+    rotation, shift, size = align(own, truth, rounds=rounds, count=count, sized=sized)
+    forth = truth.rays.closest(np.asarray(size * own.points @ rotation.T + shift, np.float32)).distance.mean()
+    back = size * own.rays.closest(np.asarray((truth.points - shift) @ rotation / size, np.float32)).distance.mean()
+    return float(forth + back) / 2, float(forth)
+
+
+def align(own: Scan, truth: Scan, *, rounds: int = 20, count: int = 3000, sized: bool = False) -> tuple[FloatArray, FloatArray, float]:
+    """The rotation (3, 3), the shift (3,) and the factor (1, if not `sized`) of `aligned_distances`."""
+    mine = np.asarray(own.points[:: max(1, len(own.points) // count)], np.float64)
+    theirs = np.asarray(truth.points[:: max(1, len(truth.points) // count)], np.float64)
+    rotation, shift, size = np.eye(3), np.zeros(3), 1.0
+    for _ in range(rounds):
+        moved = size * mine @ rotation.T + shift
+        there = _closest(truth, moved)
+        here = _closest(own, (theirs - shift) @ rotation / size)  # in the surface's own frame
+        pairs = np.concatenate([mine, here]), np.concatenate([there, theirs])
+        rotation, shift, size = similar(*pairs) if sized else (*rigid(*pairs), 1.0)
+    return rotation, shift, size
+
+
+def _closest(scan: Scan, points: FloatArray) -> FloatArray:
+    """Closest points (N, 3) of a scan's surface."""
+    found = scan.rays.closest(points)
+    u, v = found.barycentric[:, :1], found.barycentric[:, 1:]
+    corner = scan.triangles[found.face]
+    closest: FloatArray = (1 - u - v) * corner[:, 0] + u * corner[:, 1] + v * corner[:, 2]
+    return closest

@@ -1,0 +1,197 @@
+"""The methods under test, run on one photo."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from a2v.errors import InputError
+from a2v.lab.evaluation.reconstruction.cases import Case
+from a2v.lab.evaluation.reconstruction.maps import mask_in_photo
+from a2v.lab.evaluation.reconstruction.measures import Truth
+from a2v.lab.evaluation.reconstruction.settings import BenchmarkSettings
+from a2v.processes import safe_children
+from a2v.reconstruction.backends import ABLATIONS, COLORINGS, NAMES, backend_of
+from a2v.types import ByteArray, Subject, Surface
+
+
+@dataclass(frozen=True)
+class Method:
+    """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
+
+    `weights` is a folder of weights for backends that have some; "" for the shipped ones.
+    """
+
+    backend: str
+    coloring: str = "ours"
+    weights: str = ""
+
+    @classmethod
+    def parse(cls, text: str, weights: str = "") -> Method:
+        """From its name.
+
+        Raises
+        ------
+        InputError
+            Unknown backend or colouring.
+        """
+        backend, _, coloring = text.partition(":")
+        coloring = coloring or "ours"
+        if backend not in NAMES and backend not in ABLATIONS:
+            raise InputError(f"unknown backend '{backend}'; choose from {', '.join((*NAMES, *ABLATIONS))}")
+        if coloring not in COLORINGS:
+            raise InputError(f"unknown colouring '{coloring}'; choose from {', '.join(COLORINGS)}")
+        return cls(backend, coloring, weights)
+
+    @property
+    def name(self) -> str:
+        """As it is parsed."""
+        return self.backend if self.coloring == "ours" else f"{self.backend}:{self.coloring}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came out of one photo, in numbers.
+
+    Attributes
+    ----------
+    name, index, facts
+        Of the `Case`.
+    scores : mapping of method name to metric to value
+    seconds : mapping of method name to stage to wall seconds
+    made : mapping of method name to mapping
+        Provenance of the surface: digest of the weights, iterations of Eq. 14...
+    fit : mapping of `FIT_METRICS` to value
+        Of the fitted body, which all methods share.
+    failure : str
+        Why perception, the fit or a method gave up; "" if they did not. Such photos count for no method.
+    """
+
+    name: str
+    index: int
+    facts: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    scores: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    seconds: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
+    made: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
+    fit: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    failure: str = ""
+
+    @property
+    def identity(self) -> str:
+        """The person, without the outfit."""
+        return self.name.rpartition("_")[0]
+
+    @property
+    def outfit(self) -> str:
+        """What the person wears."""
+        return self.name.rpartition("_")[2]
+
+    def with_others(self, later: Outcome) -> Outcome:
+        """This one and what another run measured of the same photo."""
+        return dataclasses.replace(
+            later, scores={**self.scores, **later.scores}, seconds={**self.seconds, **later.seconds}, made={**self.made, **later.made}
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """An outcome with what there is to look at: surfaces by method in the true frame, and the subject (None if the photo failed)."""
+
+    case: Case
+    outcome: Outcome
+    surfaces: Mapping[str, Surface] = dataclasses.field(default_factory=dict)
+    subject: Subject | None = None
+
+
+def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
+    """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone.
+
+    Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
+    """
+    try:
+        return _evaluate(case, methods, settings)
+    except InputError as error:
+        return Result(case, Outcome(case.name, case.index, case.facts, failure=str(error)))
+
+
+def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
+    from a2v.body import fit_body
+    from a2v.perception import PerceptionSettings, find_person
+
+    clock = _Clock()
+    perception = PerceptionSettings(bodymap=settings.bodymap)
+    subject = find_person(case.image, mask=case.mask if settings.true_mask else None, settings=perception)
+    clock.lap("perception")
+    person, true = mask_in_photo(subject) > 0.5, case.mask > 127
+    if (person & true).sum() < 0.5 * (person | true).sum():
+        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
+    clock.start()
+    fit = fit_body(subject)
+    clock.lap("fit")
+    truth = Truth(case, settings)
+    common = dict(clock.seconds)
+    scores: dict[str, dict[str, float]] = {}
+    seconds: dict[str, dict[str, float]] = {}
+    surfaces: dict[str, Surface] = {}
+    for backend in dict.fromkeys((method.backend, method.weights) for method in methods):
+        clock = _Clock()
+        shape = backend_of(*backend)(subject, fit.body, fit.camera)
+        clock.lap("shape")
+        geometry: dict[str, float] | None = None
+        for method in methods:
+            if (method.backend, method.weights) != backend:
+                continue
+            clock.start()
+            colored = COLORINGS[method.coloring](shape, subject, fit.body, fit.camera)
+            clock.lap("color")
+            placed = truth.place(colored, fit.camera, subject)
+            geometry = geometry or truth.compare_shape(placed)
+            scores[method.name] = geometry | truth.compare_colors(placed)
+            seconds[method.name] = common | clock.seconds
+            surfaces[method.name] = placed.surface
+    made = {name: dict(surface.provenance) for name, surface in surfaces.items()}
+    return Result(
+        case, Outcome(case.name, case.index, case.facts, scores, seconds, made, truth.compare_fit(fit, subject)), surfaces, subject
+    )
+
+
+class _Clock:
+    """Wall seconds of named stages."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.start()
+
+    def start(self) -> None:
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.seconds[name], self._last = now - self._last, now
+
+
+def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> float:
+    """Most resident memory, MiB, of a fresh process that takes the photo all the way to the coloured surface (libraries included)."""
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    mask = case.mask if settings.true_mask else None
+    with safe_children(), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(_peak_of_run, case.image, mask, method, settings.bodymap).result()
+
+
+def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method, bodymap: bool) -> float:
+    import resource
+    import sys
+
+    from a2v.body import fit_body
+    from a2v.perception import PerceptionSettings, find_person
+
+    subject = find_person(image, mask=mask, settings=PerceptionSettings(bodymap=bodymap))
+    fit = fit_body(subject)
+    COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 1024 / (1024 if sys.platform == "darwin" else 1)  # macOS counts bytes

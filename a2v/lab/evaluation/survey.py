@@ -1,0 +1,209 @@
+"""The papers' user studies: preference ranking and real-or-fake (conference paper, Sec. 4.2.5 and A.5; journal paper, Table 3).
+
+`write_survey` makes one static page with the clips inside, and a key that says which clip is whose. What participants saved is read by
+`a2v.lab.evaluation.survey_answers`.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.types import Motion, Progress
+
+REAL = "real"
+"""Name of the source of recorded motions."""
+
+MAX_CLIPS = 600
+MAX_SOURCES = 12
+
+KEY_FORMAT = "a2v-survey-key/1"
+"""Names the format of a survey's key."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """A finished clip: an action's name, the bytes of an MP4, and who made it (for the key)."""
+
+    action: str
+    mp4: bytes
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+Sources = Mapping[str, Mapping[str, Sequence[Motion | Film]]]
+"""Clips by source (`REAL`, or a model's name) and action."""
+
+
+@dataclass(frozen=True)
+class SurveySettings:
+    """What a participant is asked.
+
+    Attributes
+    ----------
+    preference : int
+        Questions that rank one clip of every source, over all actions in turn.
+    real_or_fake : int
+        Questions about a single clip, half of them real (the papers have 72).
+    size : int
+        Pixels a side of a clip.
+    seed : int
+        Of the order, the choice and the names of the clips.
+    title : str
+        Heading of the page.
+    """
+
+    preference: int = 12
+    real_or_fake: int = 24
+    size: int = 256
+    seed: int = 0
+    title: str = "Which motion looks right?"
+
+    def __post_init__(self) -> None:
+        if min(self.preference, self.real_or_fake) < 0 or self.preference + self.real_or_fake < 1:
+            raise InputError(f"preference={self.preference}, real_or_fake={self.real_or_fake}; expected at least one question")
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The questions, and what is behind them.
+
+    Attributes
+    ----------
+    title : str
+    questions : list of dict
+        ``id``, ``kind`` ("preference" or "real"), ``action``, ``clips`` (anonymous names).
+    clips : dict of name to Motion or Film
+    sources : dict of name to str
+        Who made each clip.
+    """
+
+    title: str
+    questions: list[dict[str, Any]]
+    clips: dict[str, Motion | Film]
+    sources: dict[str, str]
+
+    @property
+    def id(self) -> str:
+        """16 hexadecimal digits over questions and key."""
+        return hashlib.sha256(json.dumps([self.questions, self.sources], sort_keys=True).encode()).hexdigest()[:16]
+
+
+def plan_survey(sources: Sources, settings: SurveySettings | None = None) -> Survey:
+    """Choose the questions and name the clips without a hint to their sources.
+
+    Parameters
+    ----------
+    sources : Sources
+        Only actions that all sources have are asked about. Clips are used up in turn, and again from the first.
+    settings : SurveySettings or None
+
+    Raises
+    ------
+    InputError
+        Fewer than two sources to rank, no real clips to tell from others, no action in common, or too many clips.
+    """
+    settings = settings or SurveySettings()
+    if not sources or len(sources) > MAX_SOURCES:
+        raise InputError(f"{len(sources)} sources of motion; expected 1 to {MAX_SOURCES}")
+    if settings.preference and len(sources) < 2:
+        raise InputError("preferences need at least two sources of motion; give another model or the real data, or ask for none")
+    if settings.real_or_fake and (REAL not in sources or len(sources) < 2):
+        raise InputError("real-or-fake questions need the real data and a model; give both, or ask for none")
+    actions = [action for action in next(iter(sources.values())) if all(own.get(action) for own in sources.values())]
+    if not actions:
+        raise InputError(f"the sources {', '.join(sources)} have no action in common")
+    if settings.preference * len(sources) + settings.real_or_fake > MAX_CLIPS:
+        raise InputError(
+            f"{settings.preference} rankings of {len(sources)} and {settings.real_or_fake} single clips exceed {MAX_CLIPS} clips"
+        )
+    generator = np.random.default_rng(settings.seed)
+    clips: dict[str, Motion | Film] = {}
+    owners: dict[str, str] = {}
+    used: dict[tuple[str, str], int] = {}
+
+    def take(source: str, action: str) -> str:
+        own = sources[source][action]
+        index = used.get((source, action), 0)
+        used[source, action] = index + 1
+        name = generator.bytes(5).hex()
+        clips[name], owners[name] = own[index % len(own)], source
+        return name
+
+    questions: list[dict[str, Any]] = []
+    for number in range(settings.preference):
+        action = actions[number % len(actions)]
+        shown = [take(source, action) for source in sources]
+        questions.append({"kind": "preference", "action": action, "clips": [shown[i] for i in generator.permutation(len(shown))]})
+    made = [source for source in sources if source != REAL]
+    for number in range(settings.real_or_fake):
+        action = actions[(number // 2) % len(actions)]
+        source = REAL if number % 2 == 0 else made[(number // 2) % len(made)]
+        questions.append({"kind": "real", "action": action, "clips": [take(source, action)]})
+    asked = [{"id": f"q{place + 1}", **questions[i]} for place, i in enumerate(generator.permutation(len(questions)))]
+    names = sorted(clips)  # by their random names, so that the order of the clips tells nothing either
+    return Survey(settings.title, asked, {name: clips[name] for name in names}, {name: owners[name] for name in names})
+
+
+def write_survey(
+    path: str | os.PathLike[str], sources: Sources, settings: SurveySettings | None = None, *, progress: Progress | None = None
+) -> Path:
+    """Write the page, and beside it the key; returns the key's path (``<name>.key.json``).
+
+    The page holds every clip as an H.264 video and loads nothing; answers stay in the participant's browser until they
+    are saved as JSON. Keep the key from participants: `analyse` needs it.
+
+    Raises
+    ------
+    InputError
+        As for `plan_survey`; `path` does not end in .html.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".html":
+        raise InputError(f"cannot write {target}; expected a name that ends in .html")
+    settings = settings or SurveySettings()
+    survey = plan_survey(sources, settings)
+    videos = {}
+    for done, (name, motion) in enumerate(survey.clips.items()):
+        videos[name] = "data:video/mp4;base64," + base64.b64encode(_video(motion, settings.size)).decode()
+        if progress is not None:
+            progress(done + 1, len(survey.clips))
+    data = json.dumps({"id": survey.id, "questions": survey.questions, "videos": videos})
+    page = Template(Path(__file__).with_name("survey.html").read_text(encoding="utf-8")).substitute(
+        title=html.escape(survey.title), data=data.replace("<", "\\u003c")
+    )
+    key_path = target.with_suffix(".key.json")
+    key = {
+        "format": KEY_FORMAT, "survey": survey.id, "title": survey.title, "seed": settings.seed, "questions": survey.questions,
+        "clips": {name: {"source": survey.sources[name], "action": clip.action, "provenance": dict(clip.provenance)} for name, clip in survey.clips.items()},
+    }  # fmt: skip
+    with atomic_path(key_path) as temporary:
+        temporary.write_text(json.dumps(key, indent=1), encoding="utf-8")
+    with atomic_path(target) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return key_path
+
+
+def _video(motion: Motion | Film, size: int) -> bytes:
+    """The clip as an MP4, of a stick figure if it is none yet; nothing in it tells where it comes from."""
+    if isinstance(motion, Film):
+        return motion.mp4
+    from a2v.rendering.stickfigure import StickSettings, animate
+    from a2v.rendering.video import write_video
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.mp4"
+        write_video(path, animate(motion, settings=StickSettings(size=size)), motion.fps, crf=26)
+        return path.read_bytes()

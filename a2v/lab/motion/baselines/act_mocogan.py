@@ -1,0 +1,77 @@
+"""Act-MoCoGAN: MoCoGAN (Tulyakov et al. 2018) with motions and poses in place of videos and images."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from a2v.lab.motion.baselines.base import Baseline, Batch, Improve, Sizes, layers, normal, over_time, random_poses, real_or_not
+
+NOISE = 30
+CLASS_WEIGHT, POSE_WEIGHT = 0.7, 0.5
+
+
+class ActMoCoGAN(Baseline):
+    """Noise of every frame becomes a motion code by a GRU; with the class, a two-layer GRU makes poses of it.
+
+    Motions are judged by a two-layer GRU, 30 features, and 1 + C outputs: real or not, and the class; poses without their root by
+    layers of 128. Binary cross entropy, .7 of the class's, .5 of the poses'. Assumed: the judge of poses has two hidden layers and
+    no class; features are a tanh of the last state.
+    """
+
+    SOURCE = "Tulyakov et al., CVPR 2018"
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__(sizes)
+        wide = sizes.hidden(128)
+        self.made = nn.ModuleDict(
+            {
+                "codes": nn.GRU(NOISE, wide, batch_first=True),
+                "recurrent": nn.GRU(wide + sizes.actions, wide, num_layers=2, batch_first=True),
+                "exit": nn.Linear(wide, sizes.pose),
+            }
+        )
+        self.judge = nn.ModuleDict(
+            {
+                "recurrent": nn.GRU(sizes.pose, wide, num_layers=2, batch_first=True),
+                "features": nn.Linear(wide, 30),
+                "exit": nn.Linear(30, 1 + sizes.actions),
+                "pose": layers(sizes.pose, wide, wide, 1),
+            }
+        )
+
+    def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
+        """See `Baseline`."""
+        frames = self.sizes.frames
+        codes, _ = self.made["codes"](normal(draws, len(actions), frames, NOISE))
+        hidden, _ = self.made["recurrent"](torch.cat([codes, over_time(actions, frames)], -1))
+        poses: Tensor = self.made["exit"](hidden)
+        return poses
+
+    def judged(self, poses: Tensor) -> Tensor:
+        """Outputs (B, 1 + C) for motions (B, T, D)."""
+        hidden, _ = self.judge["recurrent"](poses)
+        outputs: Tensor = self.judge["exit"](torch.tanh(self.judge["features"](hidden[:, -1])))
+        return outputs
+
+    def judged_poses(self, batch: Batch, draws: torch.Generator) -> Tensor:
+        """Logits of random poses, each moved so that its root is the origin."""
+        poses, _ = random_poses(batch, draws)
+        joints = poses.view(len(poses), -1, 3)
+        logits: Tensor = self.judge["pose"]((joints - joints[:, :1]).flatten(1))
+        return logits
+
+    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+        """See `Baseline`."""
+        made = batch._replace(poses=self.sample(batch.actions, batch.poses[:, 0], draws))
+        fake = made._replace(poses=made.poses.detach())
+        real, false = self.judged(batch.poses), self.judged(fake.poses)
+        doubt = real_or_not(real[:, :1], True) + real_or_not(false[:, :1], False)
+        doubt = doubt + CLASS_WEIGHT * functional.cross_entropy(real[:, 1:], batch.labels)
+        poses = real_or_not(self.judged_poses(batch, draws), True) + real_or_not(self.judged_poses(fake, draws), False)
+        discriminator = improve(self.judge, doubt + POSE_WEIGHT * poses)
+        outputs = self.judged(made.poses)
+        wish = real_or_not(outputs[:, :1], True) + CLASS_WEIGHT * functional.cross_entropy(outputs[:, 1:], batch.labels)
+        wish = wish + POSE_WEIGHT * real_or_not(self.judged_poses(made, draws), True)
+        return {"discriminator": discriminator, "generator": improve(self.made, wish)}

@@ -1,0 +1,126 @@
+"""Dancing2Music: Lee et al. 2019 (dancing to music), with actions in place of the music, from the paper alone."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from a2v.lab.motion.baselines.base import FIRST_STAGE, Baseline, Batch, Improve, Sizes, layers, normal, over_time, real_or_not
+
+SNIPPET = 32
+INITIAL, MOVE = 10, 512
+KL_WEIGHT, SEQUENCE_WEIGHT = 0.01, 10.0
+
+
+class Gaussian(nn.Module):
+    """Mean and log variance of a vector, and a draw."""
+
+    def __init__(self, before: int, after: int) -> None:
+        super().__init__()
+        self.layer = nn.Linear(before, 2 * after)
+
+    def forward(self, vector: Tensor, draws: torch.Generator) -> tuple[Tensor, Tensor, Tensor]:
+        """A draw, the mean, and the divergence () from the standard normal, a dimension's mean."""
+        mean, logvar = self.layer(vector).chunk(2, -1)
+        divergence = 0.5 * (mean**2 + logvar.exp() - 1 - logvar).mean()
+        return mean + torch.exp(0.5 * logvar) * normal(draws, *mean.shape), mean, divergence
+
+
+class Dancing2Music(Baseline):
+    """A VAE learns snippets of 32 poses as an initial pose (10 numbers) and a movement (512); then a GAN learns which movements follow each other.
+
+    GRUs are 1024 wide, divergences weigh .01, the sequence's L1 10. Snippets share a pose with the next one: its initial pose is the last pose before. The second stage encodes
+    a sequence of movements and the action to 512 numbers and decodes them; at sampling these are drawn. Assumed: divergences a dimension's mean, a discriminator that is told the
+    action, `FIRST_STAGE` of the training for the first stage.
+    """
+
+    SOURCE = "Lee et al., NeurIPS 2019"
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__(sizes)
+        wide, pose, actions = sizes.hidden(1024), sizes.pose, sizes.actions
+        self.snippets = -(-(sizes.frames - 1) // (SNIPPET - 1))
+        self.unit = nn.ModuleDict(
+            {
+                "initial": layers(pose, wide // 4 or 1, wide // 4 or 1),
+                "z_initial": Gaussian(wide // 4 or 1, INITIAL),
+                "move": nn.GRU(pose, wide, batch_first=True),
+                "z_move": Gaussian(wide, MOVE),
+                "recurrent": nn.GRU(INITIAL + MOVE, wide, batch_first=True),
+                "exit": nn.Linear(wide, pose),
+            }
+        )
+        self.composer = nn.ModuleDict(
+            {
+                "encoder": nn.GRU(MOVE + actions, wide, batch_first=True),
+                "z": Gaussian(wide, MOVE),
+                "decoder": nn.GRU(MOVE + actions, wide, batch_first=True),
+                "exit": nn.Linear(wide, MOVE),
+            }
+        )
+        self.judge = layers(self.snippets * MOVE + actions, wide, wide, 1)
+
+    @property
+    def window(self) -> int:
+        """Frames of whole snippets that share a pose."""
+        return self.snippets * (SNIPPET - 1) + 1
+
+    def decoded(self, initial: Tensor, move: Tensor) -> Tensor:
+        """Poses (N, 32, D) of an initial pose (N, 10) and a movement (N, 512)."""
+        hidden, _ = self.unit["recurrent"](over_time(torch.cat([initial, move], -1), SNIPPET))
+        poses: Tensor = self.unit["exit"](hidden)
+        return poses
+
+    def composed(self, code: Tensor, actions: Tensor) -> Tensor:
+        """Movements (B, S, 512) of a code (B, 512) and an action."""
+        hidden, _ = self.composer["decoder"](over_time(torch.cat([code, actions], -1), self.snippets))
+        moves: Tensor = self.composer["exit"](hidden)
+        return moves
+
+    def learn(self, batch: Batch, progress: float, improve: Improve, draws: torch.Generator) -> dict[str, float]:
+        """See `Baseline`."""
+        parts = moved_to_origin(batch.poses.unfold(1, SNIPPET, SNIPPET - 1).transpose(-1, -2).flatten(0, 1))
+        if progress < FIRST_STAGE:
+            initial, _, first = self.unit["z_initial"](self.unit["initial"](parts[:, 0]), draws)
+            move, _, second = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)
+            error = (self.decoded(initial, move) - parts).abs().mean()
+            return {"discriminator": 0.0, "generator": improve(self.unit, error + KL_WEIGHT * (first + second))}
+        with torch.no_grad():
+            moves = self.unit["z_move"](self.unit["move"](parts)[1][0], draws)[1].view(-1, self.snippets, MOVE)
+        fake = self.composed(normal(draws, len(moves), MOVE), batch.actions)
+        true = real_or_not(self.judged(moves, batch.actions), True)
+        discriminator = improve(self.judge, true + real_or_not(self.judged(fake.detach(), batch.actions), False))
+        hidden = self.composer["encoder"](torch.cat([moves, over_time(batch.actions, self.snippets)], -1))[1][0]
+        code, _, divergence = self.composer["z"](hidden, draws)
+        error = functional.l1_loss(self.composed(code, batch.actions), moves)
+        wish = real_or_not(self.judged(fake, batch.actions), True) + SEQUENCE_WEIGHT * error + KL_WEIGHT * divergence
+        return {"discriminator": discriminator, "generator": improve(self.composer, wish)}
+
+    def judged(self, moves: Tensor, actions: Tensor) -> Tensor:
+        """Logits (B, 1) of whether sequences of movements are real."""
+        logits: Tensor = self.judge(torch.cat([moves.flatten(1), actions], -1))
+        return logits
+
+    def sample(self, actions: Tensor, first: Tensor, draws: torch.Generator) -> Tensor:
+        """See `Baseline`."""
+        moves = self.composed(normal(draws, len(actions), MOVE), actions)
+        initial, root, parts = normal(draws, len(actions), INITIAL), torch.zeros(len(actions), 1, 3), []
+        for index in range(self.snippets):
+            joints = joints_of(moved_to_origin(self.decoded(initial, moves[:, index]))) + root[:, :, None]
+            parts.append(joints[:, 1:] if index else joints)
+            root = joints[:, -1:, 0]
+            initial = self.unit["z_initial"](self.unit["initial"](moved_to_origin(joints[:, -1:].flatten(2))[:, 0]), draws)[1]
+        return torch.cat(parts, 1)[:, : self.sizes.frames].flatten(2)
+
+
+def joints_of(poses: Tensor) -> Tensor:
+    """Joints (B, T, J, 3) of poses (B, T, D)."""
+    return poses.reshape(*poses.shape[:2], -1, 3)
+
+
+def moved_to_origin(poses: Tensor) -> Tensor:
+    """Poses (B, T, D) with the first root at the origin."""
+    joints = joints_of(poses)
+    moved: Tensor = (joints - joints[:, :1, :1]).flatten(2)
+    return moved

@@ -1,0 +1,52 @@
+"""The objective of Eq. 12."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import torch
+from torch import Tensor
+
+from a2v.lab.motion.vae import Reconstruction, shifted
+
+ReconstructionLoss = Literal["norm", "mse"]
+
+
+class Losses(NamedTuple):
+    """Scalar terms of Eq. 12, each averaged over batch and frames, not weighted."""
+
+    reconstruction: Tensor
+    kl: Tensor
+    alignment: Tensor
+
+
+def gaussian_kl(mean1: Tensor, logvar1: Tensor, mean2: Tensor, logvar2: Tensor) -> Tensor:
+    """KL divergence (...) of diagonal Gaussians 1 from 2, given as (..., Z) means and log variances."""
+    ratio = logvar1 - logvar2
+    return 0.5 * (torch.exp(ratio) + (mean1 - mean2) ** 2 * torch.exp(-logvar2) - 1 - ratio).sum(-1)
+
+
+def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: ReconstructionLoss = "norm") -> Losses:
+    """Terms of Eq. 12.
+
+    Parameters
+    ----------
+    result : Reconstruction
+    joints : (B, T, J, 3)
+        Real poses; the first root at the origin.
+    reconstruction : "norm" or "mse"
+        Eq. 13, the sum over joints of the Euclidean norm, or the published code's mean squared error.
+    """
+    difference = result.pose.joints - joints
+    if reconstruction == "norm":
+        # a tiny floor keeps the gradient of the norm finite where a joint is exact
+        rec = torch.sqrt((difference**2).sum(-1) + 1e-12).sum(-1).mean()
+    else:
+        rec = (difference**2).mean()
+    kl = gaussian_kl(result.posterior_mean, result.posterior_logvar, result.prior_mean, result.prior_logvar).mean()
+    if result.pose.velocity is None:
+        return Losses(rec, kl, rec.new_zeros(()))
+    root = joints[:, :, 0]
+    velocity = root - shifted(root)
+    alignment = torch.sqrt(((result.pose.velocity - velocity) ** 2).sum(-1) + 1e-12).mean()
+    return Losses(rec, kl, alignment)

@@ -1,0 +1,375 @@
+"""What every training shares: where it runs, how its rate falls, its loop, and a folder from which a stopped run goes on."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import time
+import zipfile
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import atomic_path, open_file, shorten, write_csv
+
+if TYPE_CHECKING:
+    import torch
+
+FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every", "quick_products"})
+"""Settings that do not change what is learned, so that a run may be resumed with others."""
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """What every training's settings have.
+
+    Attributes
+    ----------
+    seed : int
+        Seed of every random draw of the training.
+    threads : int
+        CPU threads; 0 for torch's default.
+    device : str
+        "auto" takes CUDA where there is one.
+    checkpoint_seconds : float
+        Time between checkpoints.
+    log_every : int
+        Iterations between lines of the log.
+    quick_products : bool
+        Matrix products by oneDNN instead of MKL while training on a CPU: twice as fast on AMD's. On a CPU with AMX it
+        rounds factors to bfloat16.
+    """
+
+    seed: int = 0
+    threads: int = 0
+    device: str = "auto"
+    checkpoint_seconds: float = 180.0
+    log_every: int = 50
+    quick_products: bool = True
+
+    def claim(self) -> torch.device:
+        """Set torch's threads, and return the device to train on."""
+        import torch
+
+        if self.threads:
+            torch.set_num_threads(self.threads)
+        return choose_device(self.device)
+
+    @contextmanager
+    def products(self) -> Iterator[None]:
+        """A training loop's matrix products as `quick_products` says; afterwards they are what they were."""
+        import torch
+
+        matmul = torch.backends.mkldnn.matmul  # type: ignore[attr-defined]  # torch's stubs lack it
+        before = matmul.fp32_precision
+        if self.quick_products:
+            matmul.fp32_precision = "bf16"
+        try:
+            yield
+        finally:
+            matmul.fp32_precision = before
+
+    @contextmanager
+    def loop(self, save: Callable[[], None]) -> Iterator[None]:
+        """A training loop: `products`, and `save` whatever ends it, Ctrl-C too."""
+        with self.products():
+            try:
+                yield
+            finally:
+                save()
+
+
+def choose_device(name: str) -> torch.device:
+    """The device called `name`; "auto" is CUDA where there is one, else the CPU.
+
+    Raises
+    ------
+    InputError
+        It is none of auto, cpu, cuda, cuda:0..., or not here.
+    """
+    import torch
+
+    count = torch.cuda.device_count() if torch.cuda.is_available() else 0
+    if name not in ("auto", "cpu", *(["cuda"] if count else []), *(f"cuda:{index}" for index in range(count))):
+        raise InputError(f"device is '{shorten(name, 40)}'; expected auto, cpu" + (f", cuda or cuda:0 to cuda:{count - 1}" if count else "; there is no CUDA here"))
+    return torch.device("cuda" if count else "cpu") if name == "auto" else torch.device(name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateSchedule:
+    """A learning rate that rises along a line, then falls along half a cosine.
+
+    Attributes
+    ----------
+    peak : float
+    span : int
+        Iterations until the rate has fallen.
+    floor : float
+        Share of `peak` that is left then; 1 for a constant rate.
+    warm_up : int
+        Iterations until the rate has risen.
+    """
+
+    peak: float
+    span: int
+    floor: float
+    warm_up: int = 1
+
+    def __call__(self, iteration: int) -> float:
+        """The rate of an iteration, counted from 0."""
+        return self.peak * min(1.0, (iteration + 1) / self.warm_up) * self._decay(iteration / self.span)
+
+    def _decay(self, progress: float) -> float:
+        return self.floor + (1 - self.floor) * 0.5 * (1 + math.cos(math.pi * progress))
+
+
+def identity(*settings: Any, digest: str) -> dict[str, Any]:
+    """What makes two runs the same: the settings (dataclasses) that change what is learned, and the data's digest."""
+    values = {name: value for chosen in settings for name, value in dataclasses.asdict(chosen).items()}
+    return {name: value for name, value in values.items() if name not in FREE_TO_CHANGE} | {"dataset_digest": digest}
+
+
+class Run:
+    """A checkpoint file that is written now and then, and read when the same training is started again.
+
+    Parameters
+    ----------
+    path : path
+        The checkpoint; ``log.csv`` goes beside it.
+    made_with : mapping
+        See `identity`.
+    every : float
+        Seconds between checkpoints.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], made_with: Mapping[str, Any], every: float) -> None:
+        self.path, self.made_with, self.every = Path(path), dict(made_with), every
+        self._saved = self._began = time.monotonic()
+
+    def resume(self, needed: Iterable[str]) -> dict[str, Any] | None:
+        """Content of the checkpoint, None where there is none; the clock goes on from it.
+
+        Raises
+        ------
+        InputError
+            It cannot be read, or was made with other data or settings (the first difference is named).
+        """
+        if not self.path.exists():
+            return None
+        content = read_checkpoint(self.path, needed)
+        old = content["made_with"]
+        for name, value in sorted(self.made_with.items()):
+            if old.get(name) != value:
+                raise InputError(f"{self.path} was made with {name}={old.get(name)}, not {value}; give another folder or the same settings")
+        self._began = time.monotonic() - content["seconds"]
+        return content
+
+    @property
+    def seconds(self) -> float:
+        """Time the training has taken, all its sessions together."""
+        return time.monotonic() - self._began
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time for a checkpoint."""
+        return time.monotonic() - self._saved > self.every
+
+    def save(self, content: Mapping[str, Any], log: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Write the checkpoint and the log, each under its name only when it is whole."""
+        import torch
+
+        with atomic_path(self.path) as temporary:
+            torch.save({**content, "made_with": self.made_with, "seconds": self.seconds}, temporary)
+        if log:
+            write_csv(self.path.with_name("log.csv"), log)
+        self._saved = time.monotonic()
+
+
+class Training(ABC):
+    """A training in progress: what `carry_on` repeats, keeps and restores.
+
+    Attributes
+    ----------
+    optimizer : torch Optimizer
+        A group of weights may have a "share" of the rate.
+    rate : RateSchedule
+    iteration : int
+        How many are done.
+    log : list of dict
+        A row of mean losses every ``log_every`` iterations.
+    """
+
+    STORED: ClassVar[tuple[str, ...]]
+    """Entries of `content` without which a checkpoint is of another training."""
+    REMEDY: ClassVar[str] = "lower learning_rate"
+    """What to do when it diverges."""
+
+    optimizer: torch.optim.Optimizer
+    rate: RateSchedule
+
+    def __init__(self) -> None:
+        self.iteration = 0
+        self.log: list[dict[str, float]] = []
+
+    @abstractmethod
+    def step(self) -> dict[str, float]:
+        """Do iteration number `iteration`; its losses, and what else a row of the log has the mean of."""
+
+    @abstractmethod
+    def content(self) -> dict[str, Any]:
+        """What a checkpoint holds beside optimizer, iteration and log: tensors and plain values."""
+
+    @abstractmethod
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """Take over the `content` of a checkpoint."""
+
+    def begin(self) -> None:  # noqa: B027  # most have nothing to do
+        """What a training does at first when there is no checkpoint."""
+
+    def measure(self) -> dict[str, float]:
+        """What a row of the log has besides the means: measured when it is written."""
+        return {}
+
+    def descend(self, loss: torch.Tensor, *, largest_gradient: float = 0.0) -> None:
+        """One step of the optimizer down `loss` (); the gradient's norm is limited to `largest_gradient`, unless that is 0."""
+        from torch import nn
+
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        if largest_gradient > 0:
+            nn.utils.clip_grad_norm_([weight for group in self.optimizer.param_groups for weight in group["params"]], largest_gradient)
+        self.optimizer.step()
+
+
+def carry_on(
+    training: Training, run: Run, settings: RunSettings, *, iterations: int, on_log: Callable[[dict[str, float]], None] | None = None
+) -> None:
+    """Begin a training, or go on with what `run` has of it, until `iterations` are done.
+
+    Its checkpoint is written every ``settings.checkpoint_seconds``, at the end and on Ctrl-C; one of a training that is
+    complete stays as it is.
+
+    Parameters
+    ----------
+    training : Training
+        Fresh; changed in place.
+    run : Run
+    settings : RunSettings
+    iterations : int
+        In all, those of earlier sessions included.
+    on_log : callable
+        Called with each new row of the log; what it adds to the row is kept.
+
+    Raises
+    ------
+    InputError
+        The checkpoint cannot be read or is of another training (see `Run.resume`), or a loss is not finite.
+    """
+    content = run.resume((*training.STORED, "optimizer", "iteration", "log"))
+    if content is None:
+        training.begin()
+    else:
+        training.restore(content)
+        training.optimizer.load_state_dict(content["optimizer"])
+        training.iteration, training.log = content["iteration"], list(content["log"])
+        if training.iteration >= iterations:
+            return
+
+    def save() -> None:
+        kept = {"optimizer": training.optimizer.state_dict(), "iteration": training.iteration, "log": training.log}
+        run.save(training.content() | kept, training.log)
+
+    recent: list[dict[str, float]] = []
+    with settings.loop(save):
+        while training.iteration < iterations:
+            rate = training.rate(training.iteration)
+            for group in training.optimizer.param_groups:
+                group["lr"] = rate * group.get("share", 1.0)
+            recent.append(training.step())
+            training.iteration += 1
+            if training.iteration % settings.log_every == 0 or training.iteration == iterations:
+                row = _mean_row(training, run, recent)
+                recent = []
+                training.log.append(row)
+                if on_log is not None:
+                    on_log(row)
+            if run.due:
+                save()
+
+
+def _mean_row(training: Training, run: Run, recent: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """A row of the log. Raises InputError where a mean is not finite."""
+    mean = {name: float(np.mean([losses[name] for losses in recent])) for name in recent[0]}
+    row = {"iteration": float(training.iteration), "seconds": run.seconds} | mean
+    if not np.isfinite(list(mean.values())).all():
+        raise InputError(f"training diverged at iteration {training.iteration}; {training.REMEDY}")
+    return row | training.measure()
+
+
+def load_tensors(path: str | os.PathLike[str]) -> Any:
+    """What `torch.load` makes of a regular file: tensors and plain values alone, together hardly more than the file holds.
+
+    Raises
+    ------
+    InputError
+        It is missing, no regular file, or its tensors would take more than the file.
+    Exception
+        Whatever torch raises for another file.
+    """
+    import torch
+
+    with open_file(path) as stream:
+        size = os.fstat(stream.fileno()).st_size
+        if zipfile.is_zipfile(stream):
+            with zipfile.ZipFile(stream) as archive:
+                _check_size(path, sum(info.file_size for info in archive.infolist()), size)
+        stream.seek(0)
+        content = torch.load(stream, map_location="cpu", weights_only=True)
+    left, seen, total = [content], set(), 0
+    while left:
+        value = left.pop()
+        if isinstance(value, torch.Tensor):
+            total += value.numel() * value.element_size()
+        elif isinstance(value, Mapping | list | tuple) and id(value) not in seen:
+            seen.add(id(value))
+            left += value.values() if isinstance(value, Mapping) else value
+    _check_size(path, total, size)
+    return content
+
+
+_REPEATED = 4
+"""Times that the tensors of a checkpoint may be larger than its file: several may share their numbers."""
+
+
+def _check_size(path: str | os.PathLike[str], wanted: int, size: int) -> None:
+    if wanted > _REPEATED * size + (1 << 20):
+        raise InputError(f"{path} has {size >> 10} kB and would take {wanted >> 20} MB; it is damaged, or something else")
+
+
+def read_checkpoint(path: str | os.PathLike[str], needed: Iterable[str]) -> dict[str, Any]:
+    """The content of a checkpoint; nothing but tensors and plain values is unpickled.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or lacks an entry of `needed`.
+    """
+    if not Path(path).exists():
+        raise InputError(f"{path} does not exist; train first (a2v train)")
+    try:
+        content = load_tensors(path)
+        missing = {"made_with", "seconds", *needed} - set(content)
+    except InputError:
+        raise
+    except Exception:  # torch raises many kinds for a damaged file, and advises to read it without care
+        raise InputError(f"{path} cannot be read as a checkpoint; it is damaged, or something else") from None
+    if missing:
+        raise InputError(f"{path} is no checkpoint of this training (it lacks {', '.join(sorted(missing))}); give another folder")
+    return dict(content)

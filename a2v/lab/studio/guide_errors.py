@@ -1,0 +1,184 @@
+"""What `a2v.body.fit_body` gets wrong with one photo: turned bones, a wrong girth, a shift, another metre."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.lab.studio.avatars import Avatar
+from a2v.lab.studio.variation import segment_of
+from a2v.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuideErrors:
+    """Standard deviations of what `a2v.body.fit_body` gets wrong with one photo.
+
+    The defaults imitate what was measured on validation views (docs/research/studio.md). Turns are degrees.
+
+    Attributes
+    ----------
+    depth_torso : float
+        Rotation of the bones of the torso about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+    depth_head : float
+        Rotation of the bones of the head about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+    depth_arms : float
+        Rotation of the bones of the arms about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+    depth_hands : float
+        Rotation of the bones of the hands about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+    depth_legs : float
+        Rotation of the bones of the legs about the axis in the image plane that is perpendicular to the bone, which the photo hardly shows, degrees.
+    plane_torso : float
+        Rotation of the torso in the image plane, degrees.
+    plane_limbs : float
+        Rotation of the limbs in the image plane, degrees.
+    plane_hands : float
+        Rotation of the hands in the image plane, degrees.
+    twist_torso : float
+        Rotation of the bones of the torso about themselves, degrees.
+    twist_arms : float
+        Rotation of the bones of the arms about themselves, degrees.
+    twist_hands : float
+        Rotation of the bones of the hands about themselves, degrees.
+    twist_legs : float
+        Rotation of the bones of the legs about themselves, degrees.
+    arms_forward : float
+        Mean turn of arms towards the camera: the detector's depth draws them there.
+    lean : float
+        Rotation of the whole body about the image's horizontal axis, degrees.
+    heading : float
+        Rotation of the trunk about its own axis, degrees.
+    looks : float
+        Standard deviation of the change of a bone's length in the photo, metres.
+    girth : float
+        Relative error of the thickness of each segment; half of its variance is common to all.
+    shift : float
+        Metres in x and y, of the whole body.
+    scale : float
+        Relative error of the height, which scales the world: a photo does not show it.
+    """
+
+    depth_torso: float = 5.0
+    depth_head: float = 9.0
+    depth_arms: float = 20.0
+    depth_hands: float = 22.0
+    depth_legs: float = 8.0
+    plane_torso: float = 0.7
+    plane_limbs: float = 2.0
+    plane_hands: float = 10.0
+    twist_torso: float = 6.0
+    twist_arms: float = 16.0
+    twist_hands: float = 25.0
+    twist_legs: float = 8.0
+    arms_forward: float = 6.0
+    lean: float = 3.0
+    heading: float = 9.0
+    looks: float = 0.02
+    girth: float = 0.035
+    shift: float = 0.005
+    scale: float = 0.05
+
+    def __post_init__(self) -> None:
+        if min(dataclasses.asdict(self).values()) < 0:
+            raise InputError("a guide's errors are standard deviations: expected numbers of at least 0")
+
+
+_SEGMENTS = {
+    "Hips": ("torso", "Spine2"), "Spine1": ("torso", "Neck"), "Neck": ("torso", "Head"), "Head": ("head", "HeadEnd"),
+    "Arm": ("arms", "ForeArm"), "ForeArm": ("arms", "Hand"), "Hand": ("hands", "HandMiddle1"),
+    "UpLeg": ("legs", "Leg"), "Leg": ("legs", "Foot"), "Foot": ("legs", "ToeBase"),
+}  # fmt: skip
+"""Bones that err on their own (without their side), whose errors they have, and the bone at their other end."""
+
+
+def disturb(avatar: Avatar, transforms: FloatArray, view: FloatArray, errors: GuideErrors, generator: np.random.Generator) -> FloatArray:
+    """World-from-bone transforms (B, 4, 4) with the errors of a fit: every segment turns on its own, mostly in depth.
+
+    Parameters
+    ----------
+    avatar : Avatar
+        Whose rest pose the transforms belong to (with its build).
+    transforms : (B, 4, 4)
+    view : (3,)
+        Towards the camera, world, unit.
+    errors : GuideErrors
+    generator : numpy Generator
+    """
+    rest = avatar.rest_transforms.astype(np.float64)
+    posed_rotmat = transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(rest[:, :3, :3], 1, 2)
+    heads = transforms[:, :3, 3].astype(np.float64)
+    number = {name: index for index, name in enumerate(avatar.bone_names)}
+    right = np.cross([0.0, 1.0, 0.0], view)
+    right /= max(float(np.linalg.norm(right)), 1e-9)
+    lean = _rotmat_of_degrees(errors.lean * _heavy(generator) * right)
+    trunk = heads[number["Neck"]] - heads[number["Hips"]]
+    heading = _rotmat_of_degrees(errors.heading * _heavy(generator) * trunk / max(float(np.linalg.norm(trunk)), 1e-9))
+    error = np.tile(np.eye(3), (len(rest), 1, 1))
+    result = transforms.astype(np.float64)
+    for bone, name in enumerate(avatar.bone_names):
+        parent = int(avatar.bone_parents[bone])
+        side = next((prefix for prefix in ("Left", "Right") if name.startswith(prefix)), "")
+        stem = name.removeprefix(side)
+        if stem in _SEGMENTS:
+            kind, end = _SEGMENTS[stem]
+            along = heads[number[side + end]] - heads[bone]
+            # the head of the bone is wrong already by what its parents err: the keypoints pull its other end back
+            gap = np.zeros(3) if parent < 0 else _placed(result, error, posed_rotmat, rest, bone, parent) - heads[bone]
+            own = lean @ _segment_error(along, gap, view, kind, errors, generator)
+            # the keypoints hold the limbs where they are, whatever the trunk's heading
+            error[bone] = own @ heading if kind in ("torso", "head") else own
+        elif parent >= 0:
+            error[bone] = error[parent]
+        new = error[bone] @ posed_rotmat[bone]
+        result[bone, :3, :3] = new @ rest[bone, :3, :3]
+        if parent >= 0:
+            result[bone, :3, 3] = _placed(result, error, posed_rotmat, rest, bone, parent)
+    return result
+
+
+def _placed(result: FloatArray, error: FloatArray, posed_rotmat: FloatArray, rest: FloatArray, bone: int, parent: int) -> FloatArray:
+    """Where the disturbed parent puts the head of a bone (3,)."""
+    return np.asarray(result[parent, :3, 3] + error[parent] @ posed_rotmat[parent] @ (rest[bone, :3, 3] - rest[parent, :3, 3]))
+
+
+def _segment_error(
+    along: FloatArray, gap: FloatArray, view: FloatArray, kind: str, errors: GuideErrors, generator: np.random.Generator
+) -> FloatArray:
+    """Rotation (3, 3) by which a fit errs about a segment that points along `along` (3,), metres, and whose head errs by `gap` (3,)."""
+    length = max(float(np.linalg.norm(along)), 1e-9)
+    across = np.cross(view, along)
+    across /= max(float(np.linalg.norm(across)), 1e-9)
+    tilt = np.arcsin(np.clip(along @ view / length, -1, 1))  # out of the image plane, towards the camera
+    proposed = np.array([_heavy(generator) for _ in range(12)]) * np.radians(getattr(errors, f"depth_{kind}"))
+    if kind in ("arms", "hands"):
+        proposed -= np.radians(errors.arms_forward)  # a positive turn about `across` leads away from the camera
+    change = length * (np.abs(np.cos(tilt - proposed)) - np.cos(tilt))
+    likely = np.exp(-0.5 * np.square(change / max(errors.looks, 1e-9))) + 1e-9
+    depth = generator.choice(proposed, p=likely / likely.sum())
+    plane = errors.plane_hands if kind == "hands" else errors.plane_torso if kind == "torso" else errors.plane_limbs
+    correction = -0.8 * np.degrees(gap @ across / max(length * np.cos(tilt), 0.05)) if errors.looks > 0 else 0.0
+    beside = plane * _heavy(generator) + np.clip(correction, -8, 8)
+    twist = getattr(errors, f"twist_{'torso' if kind == 'head' else kind}") * _heavy(generator)
+    return _rotmat_of_degrees(np.degrees(depth) * across + beside * view) @ _rotmat_of_degrees(twist * along / length)
+
+
+def _heavy(generator: np.random.Generator) -> float:
+    """A number of standard deviation 1 with heavier tails than a Gaussian's (Student's t, 5 degrees of freedom), within 3.5."""
+    return float(np.clip(generator.standard_t(5) * np.sqrt(3 / 5), -3.5, 3.5))
+
+
+def _rotmat_of_degrees(rotvec: FloatArray) -> FloatArray:
+    """Rotation matrix (3, 3) of a rotation vector (3,) in degrees."""
+    return np.asarray(rotvec_to_rotmat(np.radians(rotvec)))
+
+
+def girth_errors(errors: GuideErrors, generator: np.random.Generator) -> dict[str, float]:
+    """Factors of the guide's girth by segment: a common error and one of each segment."""
+    names = sorted({segment_of(f"Left{bone}") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")} | {"torso", "neck", "head"})
+    half = errors.girth / np.sqrt(2)
+    common = half * generator.standard_normal()
+    return {name: float(1 + np.clip(common + half * generator.standard_normal(), -0.2, 0.2)) for name in names}

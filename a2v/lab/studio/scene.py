@@ -1,0 +1,308 @@
+"""The scene of one view: a person of some build, in some clothes and pose, before a camera, and the guide that a fit would have found."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.lab.studio.avatars import Avatar
+from a2v.lab.studio.frames import MotionFrames
+from a2v.lab.studio.guide import Guide
+from a2v.lab.studio.guide_errors import disturb, girth_errors
+from a2v.lab.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
+from a2v.lab.studio.settings import StudioSettings
+from a2v.lab.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
+from a2v.lab.studio.stances import draw_stance
+from a2v.lab.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
+from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
+from a2v.lab.studio.things.framing import LEAST_LEFT, Square, share_left, unhidden
+from a2v.lab.studio.things.solids import Thing
+from a2v.lab.studio.view import PHOTO_SIZE
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
+
+TRIES = 8
+"""At putting things so that enough of the person is left; then there are none."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FaceKinds:
+    """What an avatar's faces are, (F,) bool each, and faces (C, 3) that close the wall: see `Solid`."""
+
+    outer: BoolArray
+    wall: BoolArray
+    layered: BoolArray
+    shell: BoolArray
+    closing: IntArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene(Sitting):
+    """A person and the guide in the photo's frame.
+
+    Attributes
+    ----------
+    parts : (V,) int
+        Body part of each vertex.
+    faces : FaceKinds
+    guide : (G, 3) float32
+        Vertices of the guide.
+    landmarks : (33, 3) float32
+        The person's BlazePose landmarks as a body model has them (no error of the guide moves them).
+    yaw : float
+        Degrees.
+    avatar : str
+    pose : str
+        What the person does.
+    guide_faces : (F, 3) int
+        Of the guide.
+    shown : Sitting, optional
+        The person among things, before the same camera: what the photo shows, where it shows any.
+    clutter : Clutter
+        What was asked to be around the person.
+    around : mapping
+        What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and the background is a drawn one.
+    """
+
+    parts: IntArray
+    faces: FaceKinds
+    guide: FloatArray
+    landmarks: FloatArray
+    yaw: float
+    avatar: str
+    pose: str
+    guide_faces: IntArray
+    shown: Sitting | None = None
+    clutter: Clutter = NOTHING
+    around: Mapping[str, object] = field(default_factory=dict)
+
+    def solid(self) -> Solid:
+        """The person as a solid."""
+        kinds = self.faces
+        return Solid(
+            self.surface.vertices,
+            self.surface.faces,
+            wall=kinds.wall,
+            outer=kinds.outer,
+            layered=kinds.layered,
+            shell=kinds.shell,
+            closing=kinds.closing,
+        )
+
+
+def sort_faces(avatar: Avatar) -> FaceKinds:
+    """Sort an avatar's faces; the mouth's pocket is no wall of the solid, so that it counts as filled."""
+    rest = avatar.skin(avatar.rest_transforms)
+    wig = np.isin(
+        avatar.mesh_ids, [index for index, name in enumerate(avatar.mesh_names) if "wig" in name.lower() or "hair" in name.lower()]
+    )
+    outer = open_faces(rest, avatar.faces, rays=24)
+    bare = outer
+    if wig.any():
+        bare = np.ones(len(wig), bool)
+        bare[~wig] = open_faces(rest, avatar.faces[~wig], rays=24)
+    head = avatar.parts[avatar.faces].max(axis=1) == PARTS.index("head")
+    wall = bare | ~head | wig
+    return FaceKinds(
+        outer=outer,
+        wall=wall,
+        layered=(head | wig) & bool(wig.any()),
+        shell=wig,
+        closing=caps(avatar.faces[wall & ~wig], weld(rest)),
+    )
+
+
+def draw_scene(
+    prepared: PreparedAvatar,
+    faces: FaceKinds,
+    guide: Guide,
+    library: PoseLibrary,
+    settings: StudioSettings,
+    generator: np.random.Generator,
+    *,
+    stance: str = "",
+    frames: MotionFrames | None = None,
+    varied: Callable[[np.random.Generator], Pose] | None = None,
+    clutter: Clutter = NOTHING,
+    chance: np.random.Generator | None = None,
+) -> Scene:
+    """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
+
+    Parameters
+    ----------
+    prepared, faces, guide
+        An avatar, its `sort_faces`, and the guide of its sex and outfit.
+    library, frames
+        What poses in action are drawn from: the library, or all frames if these are given.
+    settings, generator
+    stance : str
+        Of `STANCES`, instead of the poses of the settings.
+    varied
+        Draws the poses of ``settings.varied``.
+    clutter, chance
+        What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
+    """
+    plain = prepared.avatar
+    outfit = draw_outfit(prepared, generator)
+    pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
+    placed = stand(outfit, pose | clutter.grip, yaw, generator, distance=settings.distance, height=settings.height)
+    frame, seen = placed.frame, placed.seen
+    held = _draw_guide(placed, guide, settings, generator)
+    # the photo's square around the person, and the guide's idea of the metre
+    setting = _set(placed, settings, clutter, chance)
+    origin = np.append(setting.middle, held[:, 2].mean())
+    factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
+    vertices = (factor * (seen - origin)).astype(np.float32)
+    colors = dataclasses.replace(plain, texture=outfit.texture).vertex_colors()
+    made = {"avatar": plain.name, "pose": name, **_told(frame, origin, factor)}
+    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=outfit.texture, provenance=made)
+    scene = Scene(
+        surface=surface,
+        parts=plain.parts,
+        normals=smooth_normals(vertices, plain.faces, prepared.places),
+        faces=faces,
+        guide=(factor * (held - origin)).astype(np.float32),
+        landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
+        camera=_camera(setting.square, origin, factor),
+        yaw=float((yaw + 180) % 360 - 180),
+        avatar=plain.name,
+        pose=name,
+        guide_faces=guide.faces,
+        clutter=clutter,
+        around=setting.around(clutter),
+    )
+    return _among_things(scene, setting, origin, factor)
+
+
+def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:
+    """The camera (`a2v.types.PhotoCamera`) in coordinates around `origin` (3,) whose unit is `factor` metres."""
+    aim = (-factor * origin).tolist()
+    return {"camera_height": frame.height, "camera_distance": factor * frame.over_floor, "camera_pitch": frame.pitch, "camera_aim": aim}
+
+
+def _draw_guide(placed: Stand, guide: Guide, settings: StudioSettings, generator: np.random.Generator) -> FloatArray:
+    """The guide's vertices (G, 3) in the frame of the person, wrong as fits are."""
+    outfit, frame = placed.outfit, placed.frame
+    wrong = _disturb_in_place(outfit.avatar, placed.transforms, frame.axes[2], settings, generator)
+    posed = guide.posed(outfit.prepared.avatar, outfit.build.thicker(girth_errors(settings.guide, generator)), wrong)
+    held = frame.warp(posed + placed.shift)
+    held[:, :2] += settings.guide.shift * generator.standard_normal(2)
+    return held
+
+
+def _camera(square: Square, origin: FloatArray, factor: float) -> OrthographicCamera:
+    """That of a photo of the square, in coordinates around `origin` (3,) whose unit is `factor` metres."""
+    scale = square.fill * PHOTO_SIZE / square.extent / factor
+    right, up = scale * factor * (square.middle - origin[:2])
+    return OrthographicCamera(scale=scale, center_u=PHOTO_SIZE / 2 - float(right), center_v=PHOTO_SIZE / 2 + float(up))
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """What a photo is of: a square of the frame, and things in the frame with their patterns, if there are any; whether it is cut.
+
+    `middle` (2,) is that of the person's box.
+    """
+
+    middle: FloatArray
+    square: Square
+    things: tuple[Thing, list[ByteArray]] | None = None
+    cut: bool = False
+
+    def around(self, clutter: Clutter) -> dict[str, object]:
+        """See `Scene`."""
+        found: dict[str, object] = {}
+        if self.things is not None:
+            found = {"held": clutter.held.kind if clutter.held else "", "furniture": clutter.furniture}
+        if self.cut:
+            found["cut"] = True
+        return found | ({"photograph": True} if clutter.photographs else {})
+
+
+def _set(placed: Stand, settings: StudioSettings, clutter: Clutter, chance: np.random.Generator | None) -> _Setting:
+    """Things around a person and the square that is photographed of them, such that enough of the person is left."""
+    avatar, seen = placed.outfit.avatar, placed.seen
+    square = Square.around(seen, settings.fill)
+    alone = _Setting(square.middle, square)
+    whole = chance is None or not chance.random() < settings.cut
+    if chance is None or (whole and clutter.held is None and not clutter.furniture):
+        return alone
+    for _ in range(TRIES):
+        things = clutter.solids(placed, chance)
+        if things is None and (clutter.held is not None or clutter.furniture):
+            continue  # they would reach the camera
+        framed = square if things is None else Square.around(unhidden(seen, things[0], chance), square.fill)
+        framed = framed if whole else framed.cut(chance)
+        if share_left(seen, avatar.faces, things[0] if things else None, framed) >= LEAST_LEFT:
+            return _Setting(square.middle, framed, things, not whole)
+    return alone
+
+
+def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: float) -> Scene:
+    """The scene with the setting's things, whose coordinates become those of `_camera`."""
+    if setting.things is None:
+        return scene
+    thing, patterns = setting.things
+    thing = dataclasses.replace(thing, vertices=factor * (thing.vertices - origin))
+    return dataclasses.replace(scene, shown=among(scene, thing, patterns))
+
+
+def _draw_pose(
+    library: PoseLibrary,
+    settings: StudioSettings,
+    generator: np.random.Generator,
+    stance: str,
+    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None = None,
+    varied: Callable[[np.random.Generator], Pose] | None = None,
+) -> tuple[Pose, str, float]:
+    """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty.
+
+    Poses in action are those that `recorded` draws, if it is given; `varied` draws those of ``settings.varied``.
+    """
+    if stance:
+        pose, yaw = draw_stance(stance, generator)
+        return pose, stance, yaw
+    if varied is not None and generator.random() < settings.varied:
+        pose, name = varied(generator), "varied"
+    else:
+        pose, name = _common_pose(library, settings, generator, recorded)
+    return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
+
+
+def _common_pose(
+    library: PoseLibrary,
+    settings: StudioSettings,
+    generator: np.random.Generator,
+    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None,
+) -> tuple[Pose, str]:
+    """A pose in action, between A and T, or natural, and its name."""
+    kind = generator.random()
+    if kind < settings.actions and recorded:
+        pose, name = recorded(generator)
+    elif kind < settings.actions:
+        index = int(generator.integers(len(library.actions)))
+        pose, name = library.pose(index), library.actions[index]
+    elif kind < settings.actions + settings.open:
+        pose, name = open_pose(generator), "open"
+    else:
+        pose, name = natural_pose(generator), "natural"
+    return joint_noise(pose, generator), name
+
+
+_ALIGNED = ("Head", *(f"{side}{bone}" for side in ("Left", "Right") for bone in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")))
+"""Bones whose heads a fit lays on the photo's joints."""
+
+
+def _disturb_in_place(
+    avatar: Avatar, transforms: FloatArray, view: FloatArray, settings: StudioSettings, generator: np.random.Generator
+) -> FloatArray:
+    """`disturb`, then moved in the image plane: a fit that turns a bone moves the body until the joints lie on the photo's again."""
+    wrong = disturb(avatar, transforms, view, settings.guide, generator)
+    aligned = [avatar.bone_names.index(name) for name in _ALIGNED]
+    gap = (wrong - transforms)[aligned, :3, 3].mean(axis=0)
+    wrong[:, :3, 3] -= gap - (gap @ view) * view
+    return wrong

@@ -1,0 +1,241 @@
+"""People as solids: inside, outside and signed distance of open, layered meshes; and their warp into the photo's frame.
+
+Avatars are open (the eyes' backs, wigs) and layered (a wig over the scalp, a mouth behind the lips). Inside is where the generalised
+winding number exceeds one half (Jacobson et al. 2013; fast evaluation: Barill et al. 2018), and distances are to the outer layer alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.mesh import face_normals
+from a2v.geometry.rays import RayScene, coherent
+from a2v.geometry.sampling import cosine_directions
+from a2v.types import BoolArray, FloatArray, IntArray
+
+INSIDE = 0.5
+"""Winding number above which a point is inside."""
+
+_SHELL = (0.4, 0.75, 0.25)
+# An open shell (a wig) has a winding number of one half in the plane of its opening, which lies before the face. Above the second
+# number a point is inside, below the first it is not; in between it is where no more than the third's share of directions is free.
+
+
+def weld(vertices: FloatArray, tolerance: float = 1e-5) -> IntArray:
+    """For each vertex (V, 3) the number of its place: vertices closer than about `tolerance` metres share one."""
+    _, place = np.unique(np.round(vertices / tolerance).astype(np.int64), axis=0, return_inverse=True)
+    return np.asarray(place).reshape(-1)
+
+
+def smooth_normals(vertices: FloatArray, faces: IntArray, places: IntArray) -> FloatArray:
+    """Area-weighted unit normals (V, 3) float32, one for all vertices of a place (`weld`): seams of the texture don't show."""
+    corner = vertices[faces].astype(np.float64)
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    index = places[faces].ravel()
+    count = int(places.max()) + 1
+    total = np.stack([np.bincount(index, np.repeat(normal[:, axis], 3), count) for axis in range(3)], axis=1)
+    unit = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
+    return np.asarray(unit[places], np.float32)
+
+
+def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) -> FloatArray:
+    """Generalised winding numbers (N,) float64 of points (N, 3): 1 inside and 0 outside of a closed mesh, in between near openings."""
+    import igl
+
+    mesh = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64)
+    if not len(points):
+        return np.zeros(0)
+    return np.asarray(igl.fast_winding_number(*mesh, np.ascontiguousarray(points, np.float64)))
+
+
+def open_faces(vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: float = 0.04, seed: int = 0) -> BoolArray:
+    """Faces (F,) that see at least `share` of the hemisphere around their normal: not those of mouths, scalps under wigs and eyes' backs."""
+    scene = RayScene(vertices, faces)
+    normal = face_normals(vertices, faces)
+    middle = vertices[faces].mean(axis=1)
+    generator = np.random.default_rng(seed)
+    free = np.zeros(len(faces))
+    for _ in range(rays):
+        direction = cosine_directions(normal, generator)
+        free += ~scene.occluded(middle + 1e-3 * normal, direction)
+    return np.asarray(free >= share * rays)
+
+
+def caps(faces: IntArray, places: IntArray) -> IntArray:
+    """Faces (C, 3) that close every hole of a mesh: fans over the loops of edges that one face alone has.
+
+    `places` (V,) are `weld`'s: what meets in space has no hole in between. Loops that run through a place twice are closed as they come.
+    """
+    corner = places[faces]
+    edges = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+    vertex = np.concatenate([faces[:, 0], faces[:, 1], faces[:, 2]])  # one with the place of the edge's start
+    edges, vertex = edges[edges[:, 0] != edges[:, 1]], vertex[edges[:, 0] != edges[:, 1]]
+    count = int(places.max()) + 1
+    key, twin = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+    lonely = ~np.isin(key, twin)
+    following: dict[int, list[int]] = {}
+    for start, end in edges[lonely].tolist():
+        following.setdefault(start, []).append(end)
+    vertex_at = dict(zip(edges[lonely][:, 0].tolist(), vertex[lonely].tolist(), strict=True))
+    fans: list[tuple[int, int, int]] = []
+    while following:
+        start = next(iter(following))
+        loop = [start]
+        while (ends := following.get(loop[-1])) is not None:
+            at = ends.pop()
+            if not ends:
+                del following[loop[-1]]
+            if at == start:
+                break
+            loop.append(at)
+        ring = [vertex_at[place] for place in loop if place in vertex_at]
+        fans += [(ring[0], ring[index + 1], ring[index]) for index in range(1, len(ring) - 1)]
+    return np.array(fans, np.int64).reshape(-1, 3)
+
+
+class Solid:
+    """A mesh as a solid.
+
+    Parameters
+    ----------
+    vertices : (V, 3) metres, faces : (F, 3)
+    wall : (F,) bool, optional
+        Faces that bound the solid for the winding number: leave out pockets (mouths) that shall count as filled.
+    outer : (F,) bool, optional
+        Faces to which distances are measured. Of these, faces that another part of the person covers (an arm pressed into the
+        trunk) are left out as well: whose normal soon meets a wall from within.
+    shell : (F,) bool, optional
+        Faces of an open shell over the solid (a wig), judged on their own; what is in either is inside, and so is what both enclose.
+    closing : (C, 3) int, optional
+        Faces that close all holes of the wall (`caps`): then inside is counted along a ray, which is faster.
+    layered : (F,) bool, optional
+        Faces of many thin layers (wigs, and what is below), for which the exact but slower question is asked: whether a point just
+        above them is inside.
+    """
+
+    def __init__(
+        self,
+        vertices: FloatArray,
+        faces: IntArray,
+        *,
+        wall: BoolArray | None = None,
+        outer: BoolArray | None = None,
+        layered: BoolArray | None = None,
+        shell: BoolArray | None = None,
+        closing: IntArray | None = None,
+    ):
+        """See the class."""
+        self.vertices, self.faces = np.asarray(vertices, np.float32), np.asarray(faces)
+        own = np.ones(len(self.faces), bool) if shell is None else ~shell
+        self._wall = self.faces[own if wall is None else own & wall]
+        self._shell = self.faces[~own]
+        self._closed: RayScene | None = None
+        if closing is not None:
+            self._wall = np.concatenate([self._wall, closing])
+            self._closed = RayScene(self.vertices, self._wall)
+        self._all = RayScene(self.vertices, self.faces)
+        candidates = np.arange(len(self.faces)) if outer is None else np.flatnonzero(outer)
+        chosen = self.faces[candidates]
+        # whoever looks outwards from a covered face meets the inside of another part first
+        outwards = face_normals(self.vertices, chosen)
+        met = self._all.cast(self.vertices[chosen].mean(axis=1) + 1e-3 * outwards, outwards)
+        leaving = (face_normals(self.vertices, self.faces[met.face * met.hit]) * outwards).sum(axis=1) > 0
+        covered = met.hit & leaving
+        if layered is not None and layered.any():
+            asked = np.flatnonzero(layered[candidates] & ~covered)
+            above = self.vertices[chosen[asked]].mean(axis=1) + 2e-3 * outwards[asked]
+            covered[asked] = self.inside(above)
+        self.outer: IntArray = candidates[~covered]
+        """Indices of the faces of the outer layer."""
+        self._scene = RayScene(self.vertices, self.faces[self.outer])
+
+    def inside(self, points: FloatArray) -> BoolArray:
+        """Whether points (N, 3) are inside."""
+        if self._closed is not None:
+            inside = self._closed.crossings(points, face_normals(self.vertices, self._wall)) > 0
+        else:
+            inside = winding_number(self.vertices, self._wall, points) > INSIDE
+        if len(self._shell):
+            low, high, free = _SHELL
+            worn = self.vertices[self._shell]
+            near = np.flatnonzero(~inside & ((points > worn.min(axis=(0, 1))) & (points < worn.max(axis=(0, 1)))).all(axis=1))
+            shell = winding_number(self.vertices, self._shell, points[near])
+            inside[near] = shell > high
+            unsure = near[(shell > low) & (shell <= high)]
+            inside[unsure] = self._openness(points[unsure]) < free
+        return np.asarray(inside)
+
+    def _openness(self, points: FloatArray, directions: int = 48) -> FloatArray:
+        """Share (N,) of directions, evenly over the sphere, in which nothing is met."""
+        steps = np.arange(directions) + 0.5
+        polar, around = np.arccos(1 - 2 * steps / directions), np.pi * (1 + 5**0.5) * steps
+        sphere = np.stack([np.cos(around) * np.sin(polar), np.cos(polar), np.sin(around) * np.sin(polar)], axis=-1)
+        met = self._all.occluded(np.repeat(points, directions, axis=0), np.tile(sphere, (len(points), 1)))
+        return np.asarray(1 - met.reshape(len(points), directions).mean(axis=1))
+
+    def signed_distance(self, points: FloatArray) -> FloatArray:
+        """Distance (N,) float32 to the outer layer, metres, negative inside."""
+        order = coherent(points)
+        distance = np.empty(len(points), np.float32)
+        distance[order] = self._scene.closest(points[order]).distance
+        return np.where(self.inside(points), -distance, distance)
+
+
+@dataclass(frozen=True)
+class PhotoFrame:
+    """The weak-perspective frame in which a perspective photo is an exact orthographic front view of upright people.
+
+    In the axes of the camera (x right, y up, z towards the camera), around the person's middle at the distance d:
+    ``x' = x d / (d - z)``, ``y' = y d / (d - z)``, so that whatever the camera sees in one pixel has the same x' and y'. The depth is
+    measured over the floor, ``z' = z cos p - y sin p`` with the camera's pitch p: whoever stands upright does so in this frame too,
+    however high the camera. (A photo hardly shows its camera's pitch, and `a2v.body.fit_body` takes people to be upright.) Along each
+    ray z' grows with z, so that rays along -z' meet first what the camera sees. Metres at the person's middle.
+
+    Attributes
+    ----------
+    axes : (3, 3) float64
+        Rows: the camera's axes in the world.
+    middle : (3,) float64
+        The point aimed at, world.
+    distance : float
+        From the camera to `middle`, metres.
+    """
+
+    axes: FloatArray
+    middle: FloatArray
+    distance: float
+
+    @classmethod
+    def looking(cls, middle: FloatArray, *, distance: float, height: float) -> PhotoFrame:
+        """A camera on +z of the person's middle, `distance` metres away (measured over the floor) and `height` metres over the floor."""
+        camera = np.array([middle[0], height, middle[2] + distance])
+        back = camera - middle
+        reach = float(np.linalg.norm(back))
+        z = back / reach
+        x = np.cross([0.0, 1.0, 0.0], z)
+        x /= np.linalg.norm(x)
+        return cls(np.stack([x, np.cross(z, x), z]), np.asarray(middle, np.float64), reach)
+
+    @property
+    def height(self) -> float:
+        """Of the camera over the floor, metres."""
+        return float(self.middle[1] + self.distance * self.axes[2, 1])
+
+    @property
+    def pitch(self) -> float:
+        """How far down the camera looks, radians."""
+        return float(np.arcsin(self.axes[2, 1]))
+
+    @property
+    def over_floor(self) -> float:
+        """From the camera to `middle`, measured over the floor, metres."""
+        return float(self.distance * self.axes[1, 1])
+
+    def warp(self, points: FloatArray) -> FloatArray:
+        """Points (..., 3) of the world in the frame, float64."""
+        local = (points.astype(np.float64) - self.middle) @ self.axes.T
+        zoom = self.distance / (self.distance - local[..., 2:])
+        cosine, sine = self.axes[1, 1], self.axes[2, 1]
+        return np.concatenate([local[..., :2] * zoom, cosine * local[..., 2:] - sine * local[..., 1:2]], axis=-1)

@@ -1,0 +1,157 @@
+"""Who stands before the camera: an avatar, prepared and dressed, posed on the ground, and what a photograph then shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from a2v.kinematics import rotvec_to_rotmat
+from a2v.lab.studio.avatar_files import load_avatar
+from a2v.lab.studio.avatars import Avatar
+from a2v.lab.studio.guide import Guide
+from a2v.lab.studio.posing import Pose
+from a2v.lab.studio.solid import PhotoFrame, weld
+from a2v.lab.studio.variation import Build, Wardrobe, find_clothes, rebuild, recolor
+from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Surface
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedAvatar:
+    """An avatar with what does not depend on the view: its clothes, and the `places` (V,) of its vertices (`weld`)."""
+
+    avatar: Avatar
+    clothes: Wardrobe
+    places: IntArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Sitting:
+    """A person in the photo's frame, before its camera: all that a photograph shows.
+
+    Attributes
+    ----------
+    surface : Surface
+        The person, textured (albedo), metres.
+    normals : (V, 3) float32
+    camera : OrthographicCamera
+    own : (int, int), optional
+        How many of the first vertices and faces are the person's; the others are things'. All of them where it is None.
+    """
+
+    surface: Surface
+    normals: FloatArray
+    camera: OrthographicCamera
+    own: tuple[int, int] | None = None
+
+    @property
+    def person_vertices(self) -> int:
+        """How many of the first vertices are the person's."""
+        return len(self.surface.vertices) if self.own is None else self.own[0]
+
+    def is_person(self, faces: IntArray) -> BoolArray:
+        """Whether faces, by their numbers (n,), are the person's."""
+        return np.asarray(faces < (len(self.surface.faces) if self.own is None else self.own[1]))
+
+
+@lru_cache(maxsize=2)  # reading an avatar is a part of a view's cost, and successive views show the same one
+def prepare_avatar(path: str) -> PreparedAvatar:
+    """Read an avatar and find its clothes; the last two are kept.
+
+    Raises
+    ------
+    InputError
+        As of `load_avatar`.
+    """
+    avatar = load_avatar(path)
+    return PreparedAvatar(avatar, find_clothes(avatar), weld(avatar.skin(avatar.rest_transforms)))
+
+
+@dataclass(frozen=True, eq=False)
+class Outfit:
+    """A person of some build in clothes of some colours.
+
+    Attributes
+    ----------
+    prepared : PreparedAvatar
+        Who it is, as its file has it.
+    build : Build
+    avatar : Avatar
+        With that build.
+    texture : (H, W, 3) uint8
+        Albedo.
+    """
+
+    prepared: PreparedAvatar
+    build: Build
+    avatar: Avatar
+    texture: ByteArray
+
+
+def draw_outfit(prepared: PreparedAvatar, generator: np.random.Generator) -> Outfit:
+    """Draw a build, then colours and patterns of the clothes."""
+    build = Build.draw(generator)
+    return Outfit(prepared, build, rebuild(prepared.avatar, build), recolor(prepared.avatar.texture, prepared.clothes, generator))
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """How a posed person stands on the ground before a camera.
+
+    Attributes
+    ----------
+    outfit : Outfit
+    transforms : (B, 4, 4) float
+        World-from-bone of the outfit's avatar.
+    shift : (3,) float
+        From there to the ground, metres.
+    frame : PhotoFrame
+    seen : (V, 3) float64
+        The person's vertices in the frame.
+    """
+
+    outfit: Outfit
+    transforms: FloatArray
+    shift: FloatArray
+    frame: PhotoFrame
+    seen: FloatArray
+
+    def landmarks(self, guide: Guide) -> FloatArray:
+        """The person's landmarks (33, 3) in the frame."""
+        outfit = self.outfit
+        return self.frame.warp(guide.posed_landmarks(outfit.prepared.avatar, outfit.build, self.transforms) + self.shift)
+
+
+def stand(
+    outfit: Outfit, pose: Pose, yaw: float, generator: np.random.Generator, *, distance: Sequence[float], height: Sequence[float]
+) -> Stand:
+    """Put a person on the ground, turned by `yaw` degrees about the vertical, and draw a camera.
+
+    Parameters
+    ----------
+    distance, height : 2 float
+        Between which the camera stands, metres: from the person's middle, and over the floor.
+    """
+    transforms = _turn_about_vertical(outfit.avatar.bone_transforms(pose), yaw)
+    person = outfit.avatar.skin(transforms)
+    shift = np.array([0.0, -float(person[:, 1].min()), 0.0])
+    frame = _draw_camera(person + shift, distance, height, generator)
+    return Stand(outfit, transforms, shift, frame, frame.warp(person + shift))
+
+
+def _draw_camera(person: FloatArray, distances: Sequence[float], heights: Sequence[float], generator: np.random.Generator) -> PhotoFrame:
+    """A camera aimed at the middle of a person (V, 3) who stands on the ground; see `stand`."""
+    low, high = person.min(axis=0), person.max(axis=0)
+    # near cameras are as likely as far ones in terms of the perspective that they give
+    nearest, farthest = distances
+    distance = 1 / generator.uniform(1 / farthest, 1 / nearest)
+    return PhotoFrame.looking((low + high) / 2, distance=distance, height=float(generator.uniform(heights[0], heights[1])))
+
+
+def _turn_about_vertical(transforms: FloatArray, yaw: float) -> FloatArray:
+    """World-from-bone transforms (B, 4, 4) of the person turned by `yaw` degrees, positive to the person's left."""
+    whole = np.eye(4)
+    whole[:3, :3] = np.asarray(rotvec_to_rotmat(np.array([0.0, np.radians(yaw), 0.0])))
+    return np.asarray(whole @ transforms)

@@ -1,0 +1,304 @@
+"""The fast studio: training views of the reconstruction by ray casting, some a second on one core.
+
+`Studio.open(...)` prepares poses and guides in the data set's folder; `Studio.view(split, index)` makes one `View` from (seed, split, index)
+alone.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and_normals
+from a2v.io import read_npz
+from a2v.lab.studio.avatar_files import list_avatars, load_avatar
+from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
+from a2v.lab.studio.makehuman.named import LOOKS, named_person
+from a2v.lab.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
+from a2v.lab.studio.photograph import Photograph, light_scene, photograph_scene
+from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
+from a2v.lab.studio.quick.bank import PoseBank, open_bank
+from a2v.lab.studio.quick.poses import draw_pose
+from a2v.lab.studio.quick.settings import QuickSettings
+from a2v.lab.studio.samples import sample_space, sample_surface
+from a2v.lab.studio.scene import FaceKinds, Scene, draw_scene, sort_faces
+from a2v.lab.studio.settings import VERSION, StudioSettings
+from a2v.lab.studio.stand import Sitting, prepare_avatar
+from a2v.lab.studio.streams import Stream
+from a2v.lab.studio.things.backgrounds import Backgrounds
+from a2v.lab.studio.things.clutter import Clutter
+from a2v.lab.studio.variation import SPLITS, split_of
+from a2v.lab.studio.view import GUIDE_SIZE, MAP_SIZE, PHOTO_SIZE, View, encode_pictures
+from a2v.types import FloatArray, IntArray, Surface
+
+
+class Studio:
+    """Makes views.
+
+    Parameters
+    ----------
+    avatars : folder of ``.glb`` files
+    library : PoseLibrary
+    guides : mapping of key (`guide_key`) to Guide
+    settings : StudioSettings
+    dresser : Dresser, optional
+        Makes the people who are no avatars, if the settings want some.
+    data : path, optional
+        Folder with MakeHuman's archive, for people with a name (`LOOKS`).
+    bank : PoseBank, optional
+        Poses of ``settings.varied``.
+    """
+
+    def __init__(
+        self,
+        avatars: str | os.PathLike[str],
+        library: PoseLibrary,
+        guides: Mapping[str, Guide],
+        settings: StudioSettings,
+        dresser: Dresser | None = None,
+        data: str | os.PathLike[str] | None = None,
+        bank: PoseBank | None = None,
+    ):
+        """See the class.
+
+        Raises
+        ------
+        InputError
+            No avatars.
+        """
+        paths = list_avatars(avatars)
+        self.paths = {split: [path for path in paths if split_of(path.stem) == split] for split in SPLITS}
+        self.library, self.guides, self.settings = library, guides, settings
+        self._faces: dict[str, FaceKinds] = {}
+        self._dresser, self._data, self._bank = dresser, data, bank
+        self._photographs = Backgrounds(settings.backgrounds) if settings.photographs else None
+        self._wardrobes: Wardrobes | None = None
+        self._last: tuple[str, Dressed] | None = None
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], data: str | os.PathLike[str], settings: StudioSettings) -> Studio:
+        """The studio of a data set's folder: its pose library and guides are made there at the first time (minutes), then read.
+
+        Parameters
+        ----------
+        folder : path
+            Of the data set.
+        data : path
+            Folder with ``avatars/`` and the motion data.
+
+        Raises
+        ------
+        InputError
+            No avatars or no motions.
+        """
+        folder, avatars = Path(folder), Path(data) / "avatars"
+        paths = list_avatars(avatars)
+        if not (folder / "poses.npz").exists():
+            action_poses(load_avatar(paths[0]), str(data), seed=settings.seed).save(folder / "poses.npz")
+        prepare_guides(paths, folder)
+        dresser = None if settings.people == "avatars" else Dresser(data, settings.seed)
+        bank = open_bank(folder, data) if settings.varied else None
+        guides = unstack_guides(read_npz(folder / "guide.npz"))
+        return cls(avatars, PoseLibrary.load(folder / "poses.npz"), guides, settings, dresser, data, bank)
+
+    def _path(self, split: str, index: int) -> Path:
+        """Every avatar of the split once, in an order of its own for each round."""
+        paths = self.paths[split]
+        if not paths:
+            raise InputError(f"no avatar belongs to the split '{split}'; see a2v.lab.studio.variation.VALIDATION_IDENTITIES")
+        block = index // self.settings.same_avatar
+        order = np.random.default_rng([self.settings.seed, SPLITS.index(split), block // len(paths), Stream.ORDER]).permutation(len(paths))
+        return paths[int(order[block % len(paths)])]
+
+    def avatar_of(self, split: str, index: int) -> str:
+        """Name of the avatar of a view.
+
+        Raises
+        ------
+        InputError
+            No avatar belongs to the split.
+        """
+        dresser = self._dresser_of(index)
+        return dresser.person(split, index // self.settings.same_avatar).name if dresser else self._path(split, index).stem
+
+    def _dresser_of(self, index: int) -> Dresser | None:
+        """Who makes the person of a view; None for the avatars. Of "both" every other block of views is theirs."""
+        block = index // self.settings.same_avatar
+        return self._dresser if self.settings.people != "both" or block % 2 else None
+
+    def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "") -> Scene:
+        """The person and the guide of a view; the same numbers give the same scene.
+
+        Parameters
+        ----------
+        avatar : str
+            Who is photographed, instead of whom the number says: it depends on how many avatars there are. Of MakeHuman's people it is
+            one of `LOOKS`.
+        stance : str
+            A class of `STANCES` that the pose is drawn from.
+
+        Raises
+        ------
+        InputError
+            No avatar belongs to the split, there is none of that name, its file is broken, it has no guide, or MakeHuman's archive is
+            missing.
+        """
+        generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
+        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=self._varied(split))
+        if self.settings.surrounds:
+            chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, Stream.THINGS])
+            draw = partial(draw, clutter=self._clutter(chance), chance=chance)
+        if avatar in LOOKS:
+            made = self._named_person(avatar)
+            return draw(made.prepared, made.faces, made.guide)
+        if not avatar and (dresser := self._dresser_of(index)):
+            made = dresser.dressed(split, index // self.settings.same_avatar)
+            return draw(made.prepared, made.faces, made.guide, frames=dresser.frames)
+        path = self._named(avatar) if avatar else self._path(split, index)
+        prepared = prepare_avatar(str(path))
+        if path.stem not in self._faces:
+            self._faces[path.stem] = sort_faces(prepared.avatar)
+        return draw(prepared, self._faces[path.stem], self._guide(path.stem))
+
+    def _clutter(self, generator: np.random.Generator) -> Clutter:
+        """What is around somebody, by the settings' shares."""
+        settings = self.settings
+        return Clutter.draw(
+            generator,
+            things=settings.things,
+            furniture=settings.furniture,
+            photographs=settings.photographs,
+            backgrounds=self._photographs,
+        )
+
+    def _named_person(self, name: str) -> Dressed:
+        """One of `LOOKS`; the last one is kept."""
+        if self._last is None or self._last[0] != name:
+            if self._data is None:
+                raise InputError(f"{name} is one of MakeHuman's people; give the folder that holds their archive")
+            self._wardrobes = self._wardrobes or Wardrobes(self._data)
+            self._last = name, dress(named_person(name), self._wardrobes)
+        return self._last[1]
+
+    def _varied(self, split: str) -> Callable[[np.random.Generator], Pose] | None:
+        """Draws poses of the bank, if there is one."""
+        if self._bank is None:
+            return None
+        return partial(draw_pose, self._bank, split, QuickSettings(natural=0.0, open=0.0))
+
+    def _named(self, avatar: str) -> Path:
+        for path in (path for paths in self.paths.values() for path in paths):
+            if path.stem == avatar:
+                return path
+        raise InputError(f"there is no avatar {avatar}.glb; give the data's folder with all of its avatars")
+
+    def truth(self, split: str, index: int) -> Surface:
+        """The person of a view as a textured mesh (albedo) in the photo's frame: what reconstructions are compared with."""
+        return self.scene(split, index).surface
+
+    def view(self, split: str, index: int, scene: Scene | None = None) -> View:
+        """View `index` of a split; the same settings, split and index give the same view. `scene` is its `scene`, if it was made before.
+
+        Raises
+        ------
+        InputError
+            As of `scene`.
+        """
+        settings, scene = self.settings, scene or self.scene(split, index)
+        generator = np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.PHOTO])
+        surface = scene.surface
+        rays = RayScene(surface.vertices, surface.faces)
+        fore, rear = _see_both_sides(rays, surface.vertices, surface.faces, scene.normals, scene, MAP_SIZE)
+        photo, rays = _photograph(scene, rays, fore, generator, np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.BACKDROP]))
+        guide = scene.guide, scene.guide_faces
+        guide_normals = vertex_normals(*guide).astype(np.float32)
+        guide_rays = RayScene(*guide)
+        maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}
+        if scene.shown is not None or "cut" in scene.around:
+            maps["things"] = photo.things
+        for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, *guide, guide_normals, scene, GUIDE_SIZE))):
+            for side, seen in zip(("front", "back"), pair, strict=True):
+                maps |= {f"{start}normals_{side}": _pack(seen.normals), f"{start}depth_{side}": seen.depth}
+        solid = scene.solid()
+        on = sample_surface(scene, solid, rays, photo.gain, settings.surface_points, generator)
+        points = sample_space(scene, solid, settings, generator)
+        both = np.concatenate([points, on.points])
+        guide_distance, guide_at = signed_distance_and_normals(*guide, guide_normals, guide_rays, both)
+        here, there = slice(len(points)), slice(len(points), None)  # in space, and on the surface
+        return View(
+            encoded=encode_pictures(photo.image, photo.quality, maps),
+            camera=scene.camera,
+            points=points,
+            distance=solid.signed_distance(points).astype(np.float16),
+            guide_distance=guide_distance[here].astype(np.float16),
+            guide_normals=_pack(guide_at[here]),
+            surface_points=on.points,
+            surface_normals=_pack(on.normals),
+            surface_colors=on.colors,
+            surface_visible=on.visible,
+            surface_parts=on.parts,
+            surface_guide_distance=guide_distance[there].astype(np.float16),
+            surface_guide_normals=_pack(guide_at[there]),
+            guide_vertices=scene.guide,
+            avatar=scene.avatar,
+            gain=photo.gain.astype(np.float32),
+            yaw=scene.yaw,
+            seed=settings.seed,
+            index=index,
+            split=split,
+            provenance={"version": VERSION, "pose": scene.pose} | ({"around": dict(scene.around)} if scene.around else {}),
+        )
+
+    def _guide(self, avatar: str) -> Guide:
+        key = guide_key(avatar)
+        if key not in self.guides:
+            raise InputError(
+                f"there is no guide '{key}' for avatar {avatar}; remove guide.npz from the data set's folder to make them anew"
+            )
+        return self.guides[key]
+
+
+def _photograph(
+    scene: Scene, rays: RayScene, fore: SideView, generator: np.random.Generator, chance: np.random.Generator
+) -> tuple[Photograph, RayScene]:
+    """The photo of a scene, whose person alone is `rays` and from the front `fore`, and the rays of all that it shows.
+
+    `chance` draws a photograph behind, if there is one; all else is drawn from `generator`.
+    """
+    shown: Sitting = scene
+    if scene.shown is not None:
+        shown, surface = scene.shown, scene.shown.surface
+        rays = RayScene(surface.vertices, surface.faces)
+        fore = side_view(rays, surface.vertices, surface.faces, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
+    behind = scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
+    lit = light_scene(rays, shown, fore, generator)
+    return photograph_scene(rays, shown, fore, lit, generator, behind=behind), rays
+
+
+def _see_both_sides(
+    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: Scene, size: int
+) -> tuple[SideView, SideView]:
+    """A mesh from the front and through from the back, `size` pixels a side."""
+    fore, rear = (side_view(rays, vertices, faces, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1))
+    return fore, rear
+
+
+def _see_parts(scene: Scene, fore: SideView) -> IntArray:
+    """Body part (512, 512) int8 of the nearest corner of what each pixel sees; -1 outside."""
+    hit = fore.hits.hit
+    corners = scene.parts[scene.surface.faces[fore.hits.face[hit]]]
+    weights = np.concatenate([1 - fore.hits.barycentric[hit].sum(axis=1, keepdims=True), fore.hits.barycentric[hit]], 1)
+    parts = np.full(MAP_SIZE * MAP_SIZE, -1, np.int8)
+    parts[hit] = np.take_along_axis(corners, weights.argmax(axis=1)[:, None], 1)[:, 0]
+    return parts.reshape(MAP_SIZE, MAP_SIZE)
+
+
+def _pack(normals: FloatArray) -> IntArray:
+    """Unit normals as int8, 127 is 1."""
+    return np.asarray(np.rint(127 * np.clip(normals, -1, 1)), np.int8)

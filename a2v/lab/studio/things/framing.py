@@ -1,0 +1,79 @@
+"""How much of a person a picture shows: around what it is framed, where its border cuts, and what things leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.rays import RayScene
+from a2v.lab.studio.things.solids import Thing
+from a2v.types import FloatArray, IntArray
+
+LEAST_LEFT = 0.4
+"""Of the person's pixels, the share that things and the border must leave."""
+_GRID = 96
+"""Rays a side that `share_left` casts at the person's box."""
+_DOWN = np.array([0, 0, -1], np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Square:
+    """A square of the frame (`a2v.lab.studio.solid.PhotoFrame`) that is photographed.
+
+    Attributes
+    ----------
+    middle : (2,) float
+        Metres.
+    extent : float
+        Longer side of the box that it is drawn around, metres.
+    fill : float
+        That side as a share of the square's.
+    """
+
+    middle: FloatArray
+    extent: float
+    fill: float
+
+    @property
+    def side(self) -> float:
+        """Metres."""
+        return self.extent / self.fill
+
+    @classmethod
+    def around(cls, seen: FloatArray, fill: float) -> Square:
+        """Around vertices (V, 3)."""
+        least, most = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+        return cls((least + most) / 2, float((most - least).max()), fill)
+
+    def cut(self, generator: np.random.Generator) -> Square:
+        """One that is too small for who is in it, and beside them: its border cuts them."""
+        fill = self.fill * float(generator.uniform(1.1, 1.5))
+        return Square(self.middle + self.extent * generator.uniform(-0.2, 0.2, 2), self.extent, fill)
+
+
+def unhidden(seen: FloatArray, thing: Thing, generator: np.random.Generator) -> FloatArray:
+    """What of a person's vertices (V, 3) in the frame the picture is drawn around: all, or every other time those that a thing does not hide.
+
+    Who asks a network knows the mask alone (`a2v.perception.bodymap`, `a2v.reconstruction.implicit.inputs.frame_box`).
+    """
+    if generator.random() < 0.5:
+        return seen
+    some = seen[::5]
+    free = some[~RayScene(thing.vertices, thing.faces).occluded(some.astype(np.float32), np.array([0, 0, 1], np.float32))]
+    return free if len(free) > LEAST_LEFT * len(some) else seen
+
+
+def share_left(seen: FloatArray, faces: IntArray, thing: Thing | None, square: Square) -> float:
+    """How much of what a camera would see of a person, vertices (V, 3) in the frame and faces (F, 3), neither a thing nor the border takes."""
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    steps = (np.arange(_GRID) + 0.5) / _GRID
+    at = low[:2] + (high - low)[:2] * np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    top = float(high[2] if thing is None else max(high[2], thing.vertices[:, 2].max())) + 1
+    origins = np.column_stack([at, np.full(len(at), top)]).astype(np.float32)
+    person = RayScene(seen.astype(np.float32), faces).cast(origins, _DOWN)
+    left = person.hit & (np.abs(at - square.middle).max(axis=1) < square.side / 2)
+    if thing is not None:
+        before = RayScene(thing.vertices.astype(np.float32), thing.faces).cast(origins, _DOWN)
+        left &= ~(before.hit & (before.distance < person.distance))
+    return float(left.sum()) / max(int(person.hit.sum()), 1)

@@ -1,0 +1,63 @@
+"""Work by several processes, each on one core."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TypeVar
+
+from a2v.errors import InputError
+from a2v.lab.studio.variation import SPLITS
+from a2v.processes import start_fork_server
+
+T = TypeVar("T")
+
+
+def check_counts(counts: Mapping[str, int], workers: int) -> None:
+    """Refuse what cannot be made: views of unknown splits, fewer than none, or by no process.
+
+    Raises
+    ------
+    InputError
+        Which.
+    """
+    if unknown := [split for split in counts if split not in SPLITS]:
+        raise InputError(f"unknown split '{unknown[0]}'; choose from {', '.join(SPLITS)}")
+    if workers < 1 or min(counts.values(), default=0) < 0:
+        raise InputError("workers must be at least 1, and numbers of views at least 0")
+
+
+def work_through(work: Callable[[T], object], items: Sequence[T], workers: int, *, together: int = 1) -> Iterator[None]:
+    """Call `work` with each item; yields after each, in their order.
+
+    Parameters
+    ----------
+    work : callable
+        One that processes can be sent: a module's function, or a `functools.partial` of one. What it opens it has to keep itself.
+    workers : int
+        Processes; with 1 the work is done in this one.
+    together : int
+        Successive items that go to one process.
+    """
+    if workers == 1:
+        for item in items:
+            work(item)
+            yield
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    # forkserver, since open3d holds threads
+    start_fork_server()
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_use_one_thread) as pool:
+        try:
+            for _ in pool.map(work, items, chunksize=together):
+                yield
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _use_one_thread() -> None:
+    import cv2
+
+    cv2.setNumThreads(1)

@@ -1,0 +1,1 @@
+"""Networks of the implicit surface in PyTorch, and their training."""

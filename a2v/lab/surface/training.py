@@ -1,0 +1,341 @@
+"""Training of the networks of the implicit surface, stage by stage: shape, then detail and colour on top of it.
+
+A killed run resumes from its checkpoint, on a CPU or with CUDA.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from a2v.errors import InputError
+from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.studio.view import list_views
+from a2v.lab.surface.batches import Example, Prepared, ViewReader, align_example, make_example, stack
+from a2v.lab.surface.networks import (
+    OCCUPANCY_WIDTH,
+    CoarseField,
+    FineEncoder,
+    FineField,
+    MapEncoder,
+    NetworkSettings,
+    Painter,
+    point_values,
+)
+from a2v.lab.surface.restore import restore_networks
+from a2v.lab.untracing import calibrate
+from a2v.reconstruction.implicit.inputs import FRAME
+from a2v.reconstruction.implicit.model import MAPS_FILE
+from a2v.sessions import WEIGHTS
+
+FILE = "checkpoint.pt"
+Stage = Literal["shape", "detail", "color"]
+STAGES: tuple[Stage, ...] = ("shape", "detail", "color")
+"""In the order of their training: the later two build on the first."""
+CALIBRATION = 16
+"""Batches that normalisations of restored networks are calibrated on."""
+REACH = 0.05
+"""Distances beyond this, metres, need only be as large."""
+
+
+@dataclass(frozen=True)
+class ReconstructionSettings(RunSettings):
+    """How a stage is trained.
+
+    Attributes
+    ----------
+    iterations : int
+        Number of iterations.
+    batch_size : int
+        Views an iteration.
+    points : int
+        Points of each view.
+    learning_rate : float
+        Learning rate of AdamW, after a short warm-up along half a cosine.
+    weight_decay : float
+        Weight decay of the same optimiser.
+    crop : int
+        Side of the part of the frame that the detail stage sees, pixels; a multiple of 8.
+    half : bool
+        bfloat16 where torch holds it to be safe: two to three times the speed on recent CPUs.
+    initial : str
+        Folder of another run whose networks to begin with, or of a model's ONNX files, "shipped" for those that come with a2v, "" for
+        fresh ones: to go on with more views or another rate.
+    """
+
+    iterations: int = 10_000
+    batch_size: int = 4
+    points: int = 2048
+    learning_rate: float = 1e-3
+    weight_decay: float = 1e-4
+    crop: int = 512
+    half: bool = True
+    initial: str = ""
+
+    def __post_init__(self) -> None:
+        if min(self.iterations, self.batch_size, self.points) < 1:
+            raise InputError("iterations, batch_size and points must be positive")
+        if not 64 <= self.crop <= FRAME or self.crop % 8:
+            raise InputError(f"crop is {self.crop}; expected a multiple of 8 from 64 to {FRAME}")
+
+
+class Shape(nn.Module):
+    """The whole person's networks: maps and coarse field."""
+
+    def __init__(self, settings: NetworkSettings) -> None:
+        super().__init__()
+        self.encoder, self.field = MapEncoder(settings), CoarseField(settings)
+
+
+class Detail(nn.Module):
+    """The fine level's networks."""
+
+    def __init__(self, settings: NetworkSettings) -> None:
+        super().__init__()
+        self.encoder, self.field = FineEncoder(settings), FineField(settings)
+
+
+def make_networks(stage: Stage, settings: NetworkSettings) -> nn.Module:
+    """Fresh networks of a stage."""
+    kinds: Mapping[str, Callable[[NetworkSettings], nn.Module]] = {"shape": Shape, "detail": Detail, "color": Painter}
+    return kinds[stage](settings).to(memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]
+
+
+def load_networks(folder: str | os.PathLike[str], stage: Stage) -> nn.Module:
+    """Trained networks of a stage from a run's folder, for inference.
+
+    Raises
+    ------
+    InputError
+        The stage was not trained there.
+    """
+    settings, weights = _read_networks(folder, stage)
+    network = make_networks(stage, settings)
+    network.load_state_dict(weights)
+    return network.eval()
+
+
+def _read_networks(folder: str | os.PathLike[str], stage: Stage) -> tuple[NetworkSettings, dict[str, Tensor]]:
+    """Sizes and weights of a stage's networks in a run's folder."""
+    content = read_checkpoint(Path(folder) / stage / FILE, ("model", "network"))
+    return NetworkSettings(**content["network"]), content["model"]
+
+
+def distance_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """Mean of |error| near the surface in decimetres, beyond `REACH` of what is missing to it, plus the occupancy's cross entropy."""
+    error = torch.where(true.abs() > REACH, functional.relu(REACH - true.sign() * predicted), (predicted - true).abs())
+    occupancy = functional.binary_cross_entropy_with_logits(-predicted / OCCUPANCY_WIDTH, (true < 0).float())
+    return error.mean() / 0.1 + occupancy
+
+
+def normal_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """1 - cosine of both normals (B, 6, H, W), mean where there is a true one."""
+    losses = []
+    for part in (slice(0, 3), slice(3, 6)):
+        there = true[:, part].square().sum(dim=1) > 0.25
+        cosine = functional.cosine_similarity(predicted[:, part], true[:, part], dim=1)
+        losses.append(((1 - cosine) * there).sum() / there.sum().clamp(min=1))
+    return torch.stack(losses).mean()
+
+
+def depth_loss(predicted: Tensor, true: Tensor) -> Tensor:
+    """Mean |error|, decimetres, of depth maps (B, 2, H, W); NaN in `true` does not count, what an error has over 15 cm counts a tenth."""
+    there = torch.isfinite(true)
+    error = (predicted - torch.nan_to_num(true)).abs()
+    error = torch.where(error < 0.15, error, 0.15 + 0.1 * (error - 0.15)) / 0.1
+    return (error * there).sum() / there.sum().clamp(min=1)
+
+
+class StageTraining(Training):
+    """A stage's training in progress.
+
+    Attributes
+    ----------
+    model : Module
+    shape : Shape or None
+        The trained first stage, for the later two.
+    generator : numpy Generator
+        Draws views and points.
+    """
+
+    STORED = ("model", "generator")
+
+    def __init__(
+        self,
+        stage: Stage,
+        *,
+        views: str | os.PathLike[str],
+        folder: str | os.PathLike[str],
+        network: NetworkSettings,
+        settings: ReconstructionSettings,
+    ) -> None:
+        super().__init__()
+        self.stage, self.views, self.network, self.settings, self.device = stage, views, network, settings, settings.claim()
+        torch.manual_seed(settings.seed)
+        self.shape = None if stage == "shape" else load_networks(folder, "shape").to(self.device).requires_grad_(False)
+        self.model = make_networks(stage, network).to(self.device)
+        self.optimizer = torch.optim.AdamW(self.model.parameters(), settings.learning_rate, weight_decay=settings.weight_decay)
+        self.rate = RateSchedule(peak=settings.learning_rate, span=settings.iterations, floor=0.01, warm_up=200)
+        self.generator = np.random.default_rng(settings.seed)
+        self.files: list[Path] = []
+        self.reader = ViewReader()
+
+    def begin(self) -> None:
+        """Take over another run's networks, if that is asked for."""
+        if not self.settings.initial:
+            return
+        folder = WEIGHTS if self.settings.initial == "shipped" else Path(self.settings.initial)
+        if (folder / MAPS_FILE).is_file():
+            restore_networks(self.model, folder, self.stage)
+            calibrate(self.model, (self._batch() for _ in range(CALIBRATION)), self._losses)
+            return
+        found, weights = _read_networks(self.settings.initial, self.stage)
+        if found != self.network:
+            raise InputError(f"{self.settings.initial} has other networks ({found}); give the same --network settings, or leave initial out")
+        self.model.load_state_dict(weights)
+
+    def step(self) -> dict[str, float]:
+        """One iteration; the number of views there are, and the weighted losses."""
+        batch = self._batch()
+        self.model.train()
+        losses = self._losses(batch)
+        self.descend(torch.stack(list(losses.values())).sum(), largest_gradient=1.0)
+        return {"views": float(len(self.files))} | {name: float(value.detach()) for name, value in losses.items()}
+
+    def _batch(self) -> tuple[list[Prepared], list[Example]]:
+        """Views and examples of an iteration."""
+        if self.iteration % 200 == 0 or not self.files:
+            self.files = list_views(self.views, "training")
+        settings, generator = self.settings, self.generator
+        chosen = generator.integers(0, len(self.files), settings.batch_size)
+        crop = settings.crop if self.stage == "detail" else 0
+        views = [self.reader(self.files[i]) for i in chosen]
+        return views, [make_example(one, generator, settings.points, colors=self.stage == "color", crop=crop) for one in views]
+
+    def _losses(self, batch: tuple[list[Prepared], list[Example]]) -> dict[str, Tensor]:
+        """Weighted losses of a batch."""
+        views, examples = batch
+        return _losses(self.model, self.shape, stack(examples), functools.partial(_align, views, examples), self.settings, self.device)
+
+    def content(self) -> dict[str, Any]:
+        """Weights, the sizes that they have, and the generator's state."""
+        return {
+            "model": self.model.state_dict(),
+            "generator": self.generator.bit_generator.state,
+            "network": dataclasses.asdict(self.network),
+        }
+
+    def restore(self, content: Mapping[str, Any]) -> None:
+        """See `Training`."""
+        self.model.load_state_dict(content["model"])
+        self.generator.bit_generator.state = content["generator"]
+
+
+def train_reconstruction(
+    stage: Stage,
+    views: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    *,
+    network: NetworkSettings | None = None,
+    settings: ReconstructionSettings | None = None,
+    on_log: Callable[[dict[str, float]], None] | None = None,
+) -> nn.Module:
+    """Train, or go on with, a stage in `folder`.
+
+    Writes ``<stage>/checkpoint.pt`` (every few minutes, at the end and on Ctrl-C) and ``<stage>/log.csv``.
+
+    Parameters
+    ----------
+    stage : "shape", "detail" or "color"
+    views : path
+        What ``a2v studio`` wrote; views that are added while it trains are used as they come.
+    folder : path
+        Of the run. "detail" and "color" need its "shape".
+    on_log : callable
+        Called with the mean losses since the last call, every `log_every` iterations.
+
+    Raises
+    ------
+    InputError
+        No views, an unknown stage, no trained shape, other settings than those of the checkpoint, an initial run that lacks the stage or
+        has other networks, or a training that diverges.
+    """
+    if stage not in STAGES:
+        raise InputError(f"unknown stage '{stage}'; choose from {', '.join(STAGES)}")
+    network, settings = network or NetworkSettings(), settings or ReconstructionSettings()
+    run = Run(Path(folder) / stage / FILE, identity(network, settings, digest=stage), settings.checkpoint_seconds)
+    training = StageTraining(stage, views=views, folder=folder, network=network, settings=settings)
+    carry_on(training, run, settings, iterations=settings.iterations, on_log=on_log)
+    return training.model.eval()
+
+
+def _align(views: Sequence[Prepared], examples: Sequence[Example], maps: Tensor) -> dict[str, Tensor]:
+    """`align_example` of a batch with maps (B, 8, 256, 256)."""
+    depths = maps[:, 6:].detach().float().cpu().numpy()
+    told = [align_example(view, example, depth) for view, example, depth in zip(views, examples, depths, strict=True)]
+    return {name: torch.from_numpy(np.stack([one[name] for one in told])).to(maps.device) for name in told[0]}
+
+
+def _losses(
+    model: nn.Module,
+    shape: nn.Module | None,
+    batch: Example,
+    align: Callable[[Tensor], dict[str, Tensor]],
+    settings: ReconstructionSettings,
+    device: torch.device,
+) -> dict[str, Tensor]:
+    """Weighted losses of a batch."""
+
+    def tensor(values: np.ndarray) -> Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values)).to(device)
+
+    photo, guide = tensor(batch.photo), tensor(batch.guide)
+    points = {name: tensor(values) for name, values in batch.points.items()}
+    place = points["place"]
+
+    def values_of(maps: Tensor) -> Tensor:
+        return point_values(maps, guide, place, **align(maps))
+
+    with torch.autocast(device.type, torch.bfloat16, enabled=settings.half):
+        if shape is None:
+            assert isinstance(model, Shape)
+            features, maps = model.encoder(photo, guide)
+            # the field follows the maps wherever they are: its errors must not move them
+            distance, _ = model.field(features, values_of(maps.detach()), place)
+            return {
+                "distance": distance_loss(distance, points["distance"]),
+                "normals": normal_loss(maps[:, :6], tensor(batch.normals)),
+                "depth": depth_loss(maps[:, 6:], tensor(batch.depth)),
+            }
+        assert isinstance(shape, Shape)
+        with torch.no_grad():
+            features, maps = shape.encoder(photo, guide)
+            values = values_of(maps)
+        if isinstance(model, Painter):
+            colors = model(model.features(photo, guide, maps), photo, values, points["normals"], place)
+            return {"color": (colors - points["colors"]).abs().mean()}
+        assert isinstance(model, Detail)
+        with torch.no_grad():
+            coarse, context = shape.field(features, values, place)
+        crop, corners = settings.crop, batch.part["corner"].astype(int) // 4
+        around = torch.stack(
+            [maps[i, :, v : v + crop // 4, u : u + crop // 4] for i, (u, v) in enumerate(corners)]
+        )  # the maps have a quarter of the frame's pixels
+        within = ((place + 1) / 2 * FRAME - tensor(batch.part["corner"])[:, None]) * 2 / crop - 1
+        fine = model.encoder(tensor(batch.part["photo"]), around)
+        distance = model.field(fine, within, coarse, context, values)
+        kept = (within.abs() < 0.9).all(dim=-1)
+        return {
+            "distance": distance_loss(distance[kept], points["distance"][kept]),
+            "normals": normal_loss(fine[:, :6], tensor(batch.part["normals"])),
+        }

@@ -1,0 +1,206 @@
+"""Everything that can be asked for, and where it comes from: the shipped models and the library of clips behind one function.
+
+`understand` takes words to typed steps, each with the source that makes it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+from a2v.errors import InputError
+from a2v.motion.card import ModelCard
+from a2v.motion.clips import LICENCE as CLIPS_LICENCE
+from a2v.motion.clips import SOURCE as CLIPS
+from a2v.motion.clips import clip_library
+from a2v.motion.model import MotionModel, plain_name
+from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
+from a2v.motion.vocabulary import other_names
+
+SOURCES: tuple[str, ...] = ("cmu", CLIPS, "cmu-fine", "humanact12", "humanact12-fine")
+"""Where actions come from; of equal names the first one's is taken."""
+
+LICENCES = ("any", "free")
+"""What may be used: everything that ships, or only what is free for every use."""
+
+RESEARCH: tuple[str, ...] = ("humanact12", "humanact12-fine")
+"""Sources for research only."""
+
+THEMES = {
+    "Walk": "walking", "Run": "running", "Jump": "jumping", "Dance": "dancing", "Animal Behavior": "animals", "Wash": "housework", "Step": "steps and climbing",
+    "Climb": "steps and climbing",
+}  # fmt: skip
+"""Of the papers' actions."""
+HUMANACT12_THEMES = {"walk": "walking", "run": "running", "jump": "jumping", "boxing": "fighting", "throw": "sports", "warm": "sports", "lift": "sports"}
+"""Of HumanAct12's actions, by the first word; all others are everyday."""
+
+SITTING = ("Sit down", "Sit", "Sit and talk")
+SEATED = {"Talk": "Sit and talk", "Idle": "Sit", "Listen": "Sit"}
+"""Who sits does these so."""
+
+NAMES = {"cmu": "CMU motion capture, eight actions", "cmu-fine": "CMU motion capture", CLIPS: "hand-keyed clips", "humanact12": "HumanAct12", "humanact12-fine": "HumanAct12, fine"}
+"""What sources are called."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """An action that can be asked for.
+
+    Attributes
+    ----------
+    name : str
+    sources : tuple of str
+        Which of `SOURCES` make it, the preferred first.
+    theme : str
+    licence : str
+    """
+
+    name: str
+    sources: tuple[str, ...]
+    theme: str
+    licence: str
+
+
+@dataclass(frozen=True)
+class Catalog:
+    """The actions of some sources, and how they are found by words."""
+
+    entries: tuple[Entry, ...]
+    vocabulary: Vocabulary
+
+    @cached_property
+    def _by_name(self) -> dict[str, Entry]:
+        return {entry.name: entry for entry in self.entries}
+
+    def entry(self, action: str) -> Entry:
+        """The entry of an action's name."""
+        return self._by_name[action]
+
+    def themes(self) -> dict[str, list[Entry]]:
+        """Entries by theme, the themes in alphabetical order."""
+        names = sorted({entry.theme for entry in self.entries})
+        return {name: [entry for entry in self.entries if entry.theme == name] for name in names}
+
+
+@dataclass(frozen=True)
+class Understanding:
+    """What a prompt was taken for.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        Each with its `source`.
+    matches : tuple of Match
+        One a step.
+    """
+
+    steps: tuple[Step, ...]
+    matches: tuple[Match, ...]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The sources that make the steps, each once."""
+        return tuple(dict.fromkeys(step.source for step in self.steps))
+
+
+@cache
+def catalog(licence: str = "any", sources: tuple[str, ...] = SOURCES) -> Catalog:
+    """The actions of `sources` that a licence allows.
+
+    Raises
+    ------
+    InputError
+        `licence` is none of `LICENCES`.
+    """
+    if licence not in LICENCES:
+        raise InputError(f"licence is '{licence}'; choose from {', '.join(LICENCES)}")
+    found: dict[str, Entry] = {}
+    vocabularies = []
+    for source in sources:
+        if licence == "free" and source in RESEARCH:
+            continue
+        own, words = _clip_entries() if source == CLIPS else _model_entries(source)
+        vocabularies.append(words)
+        for entry in own:
+            key = plain_name(entry.name)
+            known = found.get(key)
+            found[key] = entry if known is None else dataclasses.replace(known, sources=(*known.sources, source))
+    entries = tuple(found.values())
+    names = [entry.name for entry in entries]
+
+    def joined(part: str) -> dict[str, object]:
+        return {action: value for words in reversed(vocabularies) for action, value in getattr(words, part).items() if action in names}
+
+    vocabulary = Vocabulary(tuple(names), joined("descriptions"), joined("kinds"), joined("traits"), other_names())  # type: ignore[arg-type]
+    return Catalog(entries, vocabulary)
+
+
+def understand(text: str, *, licence: str = "any", sources: Sequence[str] = SOURCES) -> Understanding:
+    """Words to steps of any source; where several make an action, one that makes other steps too is preferred.
+
+    Parameters
+    ----------
+    text : str
+        Such as "sneak, then wave, then salsa for 2 s".
+    licence : "any" or "free"
+    sources : sequence of str
+        Of `SOURCES`.
+
+    Raises
+    ------
+    InputError
+        A part means no action; the message names it and the five nearest. Or the prompt has no part, or is too long.
+    """
+    known = catalog(licence, tuple(sources))
+    steps, matches = parse_prompt(text, known.vocabulary)
+    seated = _stay_seated([step.action for step in steps], known)
+    steps = [dataclasses.replace(step, action=action) for step, action in zip(steps, seated, strict=True)]
+    matches = [dataclasses.replace(match, action=action) for match, action in zip(matches, seated, strict=True)]
+    return Understanding(tuple(with_sources(steps, known)), tuple(matches))
+
+
+def _stay_seated(actions: Sequence[str], known: Catalog) -> list[str]:
+    """The actions of a prompt, those that can be done on a chair on the chair while somebody sits ("sit down, then talk")."""
+    names = {entry.name for entry in known.entries}
+    found, sits = [], False
+    for action in actions:
+        sits = action in SITTING or (sits and action in (*SEATED, *SEATED.values()))
+        found.append(SEATED[action] if sits and SEATED.get(action) in names else action)
+    return found
+
+
+def with_sources(steps: Sequence[Step], known: Catalog) -> list[Step]:
+    """Steps with the source of each: of several that make it, the one that makes most of the steps."""
+    counts = Counter(source for step in steps for source in known.entry(step.action).sources)
+
+    def best(step: Step) -> str:
+        own = known.entry(step.action).sources
+        return max(own, key=lambda source: (counts[source], -own.index(source)))
+
+    return [dataclasses.replace(step, source=best(step)) for step in steps]
+
+
+def _clip_entries() -> tuple[list[Entry], Vocabulary]:
+    clips = clip_library().clips
+    entries = [Entry(name=clip.name, sources=(CLIPS,), theme=clip.theme, licence=CLIPS_LICENCE) for clip in clips]
+    words = Vocabulary(
+        tuple(clip.name for clip in clips), kinds={clip.name: clip.theme for clip in clips}, traits={clip.name: [clip.words] for clip in clips}
+    )
+    return entries, words
+
+
+def _model_entries(source: str) -> tuple[list[Entry], Vocabulary]:
+    card = MotionModel.load(source).card
+    words = Vocabulary.of(card)
+    licence = "research only" if source in RESEARCH else "free"
+    return [Entry(name=name, sources=(source,), theme=_theme(card, words, name), licence=licence) for name in card.actions], words
+
+
+def _theme(card: ModelCard, words: Vocabulary, action: str) -> str:
+    family = words.kinds.get(action, action)
+    if family in THEMES:
+        return THEMES[family]
+    return HUMANACT12_THEMES.get(action.split("_")[0], "everyday")

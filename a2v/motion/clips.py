@@ -1,0 +1,262 @@
+"""Hand-keyed clips that are actions like those of the models: idle, talk, bow, sit down, backflip...
+
+``clips.csv`` names them and says how they play, ``a2v/weights/clips.npz`` holds their joints with fingers (``scripts/make_clips.py`` makes it). They are CC0:
+Quaternius' Universal Animation Library (30 frames a second) and Mesh2Motion's animations (24). Another seed plays a clip in another way: its tempo is warped,
+its sides are exchanged where that is as good, and the upper body moves a little more or less.
+"""
+
+from __future__ import annotations
+
+import csv
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import read_npz
+from a2v.kinematics import Skeleton, skeleton_from_parents
+from a2v.kinematics.transforms import bone_vectors, inverse_kinematics
+from a2v.motion.edit import mirror_motion
+from a2v.motion.model import plain_name
+from a2v.sessions import WEIGHTS, file_digest
+from a2v.types import FloatArray, Motion
+
+SOURCE = "clips"
+"""What the library is called where models have names."""
+
+TABLE = Path(__file__).with_name("clips.csv")
+LIBRARY = WEIGHTS / "clips.npz"
+STEP = 2e-4
+"""Metres that a unit of the file stands for."""
+
+LICENCE = "CC0-1.0"
+AUTHORS = {30.0: "Quaternius, Universal Animation Library", 24.0: "Mesh2Motion"}
+OWN, OWN_AUTHOR = "own-", "a2v"
+"""How files of our own gestures begin (``scripts/gestures.py``), and who made them."""
+
+SHOWN_SECONDS = 5.0
+"""How long a cycle is played where no length is asked for."""
+REPEATED_SECONDS = 2.5
+"""A clip that can be repeated is, until it has lasted so long."""
+
+TEMPO, WARP = 0.12, 0.03
+"""Of a seed's performance: how far its tempo is from the keyed one (log), and by how much of the clip's length its moments move to and fro."""
+AMPLITUDE = (0.85, 1.15)
+"""Likewise: how far trunk, head and arms move from their mean pose, over how far they are keyed."""
+HANDS_FREE = 0.3
+"""Metres over the ground that hands must keep for the upper body to vary: others lean on it."""
+SEAM_SECONDS = 0.15
+"""Over which the end of a clip that is repeated is brought to its beginning."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clip:
+    """A clip of the library.
+
+    Attributes
+    ----------
+    name : str
+        As an action.
+    file : str
+        As its author named it.
+    theme : str
+    plays : "loop", "repeat" or "once"
+        A cycle; something that is done again and again where there is time; something that is held at its end.
+    mirrors : bool
+        Whether it is as good with left and right exchanged.
+    air : bool
+        Whether it takes place over the ground.
+    words : str
+        What else it may be called.
+    fps : float
+    pace : float
+        Metres a second ahead.
+    """
+
+    name: str
+    file: str
+    theme: str
+    plays: str
+    mirrors: bool
+    air: bool
+    words: str
+    fps: float
+    pace: float
+
+    @property
+    def author(self) -> str:
+        """Who made it."""
+        return OWN_AUTHOR if self.file.startswith(OWN) else AUTHORS[self.fps]
+
+
+@dataclass(frozen=True)
+class ClipLibrary:
+    """The clips, and the skeleton that all of them have."""
+
+    clips: tuple[Clip, ...]
+    joints: tuple[FloatArray, ...]
+    skeleton: Skeleton
+    rest_offsets: FloatArray
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Names of the clips."""
+        return tuple(clip.name for clip in self.clips)
+
+    def index(self, action: str) -> int:
+        """Which clip an action is; case, spaces and hyphens don't matter.
+
+        Raises
+        ------
+        InputError
+            None has that name.
+        """
+        plain = plain_name(action)
+        for index, clip in enumerate(self.clips):
+            if plain_name(clip.name) == plain:
+                return index
+        raise InputError(f"no clip is called '{action}'; a2v actions lists them")
+
+    def seconds(self, action: str) -> float:
+        """How long a clip is played where no length is asked for."""
+        index = self.index(action)
+        clip, own = self.clips[index], len(self.joints[index]) / self.clips[index].fps
+        if clip.plays == "loop":
+            return SHOWN_SECONDS
+        return own * np.ceil(REPEATED_SECONDS / own) if clip.plays == "repeat" else own
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Bone lengths (J,), metres; the same in all clips."""
+        return np.asarray(np.linalg.norm(self.rest_offsets, axis=-1))
+
+
+@cache
+def clip_library() -> ClipLibrary:
+    """The library as it ships."""
+    held = read_npz(LIBRARY)
+    with TABLE.open(newline="", encoding="utf-8") as stream:
+        rows = {row["file"]: row for row in csv.DictReader(stream)}
+    steps = held["steps"].transpose(2, 0, 1)
+    parts = np.split(steps, np.cumsum(held["frames"])[:-1])
+    joints = tuple(np.cumsum(part, axis=0, dtype=np.int64).astype(np.float64) * STEP for part in parts)
+    clips = []
+    for file, fps, pace in zip(held["files"].tolist(), held["fps"].tolist(), held["pace"].tolist(), strict=True):
+        row = rows[file]
+        clips.append(
+            Clip(
+                name=row["name"], file=file, theme=row["theme"], plays=row["plays"], mirrors=row["mirrors"] == "yes", air=row["air"] == "yes",
+                words=row["words"], fps=fps, pace=pace,
+            )
+        )  # fmt: skip
+    offsets = held["rest_offsets"].astype(np.float64)
+    skeleton = skeleton_from_parents(held["parents"].tolist(), held["joint_names"].tolist(), offsets, name="custom")
+    return ClipLibrary(tuple(clips), joints, skeleton, offsets)
+
+
+def play_clip(action: str, *, frames: int, fps: float, speed: float = 1.0, seed: int = 0, cycles: int = 0) -> Motion:
+    """A clip as long as it is asked for: cycles go on, others are repeated or held at their end.
+
+    Parameters
+    ----------
+    action : str
+        A name of `ClipLibrary.actions`.
+    frames, fps
+    speed : float
+        1 as keyed, 2 twice as fast.
+    cycles : int
+        With a number the frames are so many whole cycles, whatever the tempo, and the last leads to the first.
+    seed : int
+        0 plays the clip as it is keyed; others vary tempo, side and how far the upper body moves.
+
+    Returns
+    -------
+    Motion
+        Metres, y up, ahead along +z, with joints of fingers and ``head_front``.
+
+    Raises
+    ------
+    InputError
+        No such clip.
+    """
+    library = clip_library()
+    index, skeleton = library.index(action), library.skeleton
+    clip, keyed = library.clips[index], library.joints[index]
+    draw = np.random.default_rng([seed, zlib.crc32(clip.file.encode())])
+    tempo, phase, mirrored, amplitude = draw.normal() * TEMPO / 2, draw.random(), draw.random() < 0.5, draw.uniform(*AMPLITUDE)
+    warp = WARP
+    if seed == 0:
+        tempo, phase, mirrored, amplitude, warp = 0.0, 0.0, False, 1.0, 0.0
+    if amplitude != 1.0:
+        keyed = _varied(keyed, skeleton, amplitude)
+    if clip.plays == "repeat":
+        keyed = _closed(keyed, clip.fps)
+    length = len(keyed)
+    at = np.arange(frames) / fps * speed * float(np.exp(np.clip(tempo, -TEMPO, TEMPO))) * clip.fps
+    if cycles:
+        at = np.arange(frames) / frames * cycles * length
+    if clip.plays == "loop":
+        at = at + phase * length
+    moved = at - (at[0] if len(at) else 0.0)
+    at = at + warp * length / (2 * np.pi) * (np.sin(2 * np.pi * (at / length + phase)) - np.sin(2 * np.pi * (at[0] / length + phase)))
+    joints = _sampled(keyed, at, skeleton, library.lengths, around=clip.plays != "once")
+    joints[..., 2] += (moved / clip.fps * clip.pace)[:, None]
+    played = Motion(
+        joints=joints.astype(np.float32),
+        rotations=inverse_kinematics(joints, skeleton).astype(np.float32),
+        root=joints[:, 0].astype(np.float32),
+        fps=float(fps),
+        parents=skeleton.parents,
+        joint_names=skeleton.joint_names,
+        action=clip.name,
+        seed=seed,
+        rest_offsets=library.rest_offsets,
+        provenance={"clip": clip.file, "author": clip.author, "licence": LICENCE, "model_digest": file_digest(LIBRARY), "seed": seed, "told": [True], "air": [clip.air]},
+    )
+    return mirror_motion(played) if mirrored and clip.mirrors else played
+
+
+def _sampled(keyed: FloatArray, at: FloatArray, skeleton: Skeleton, lengths: FloatArray, *, around: bool) -> FloatArray:
+    """Joints (T, J, 3) at the frames `at` (T,) of a clip (K, J, 3), `around` again and again; bones keep their `lengths` (J,)."""
+    count = len(keyed)
+    low = np.floor(at).astype(np.int64)
+    share: FloatArray = (at - low)[:, None, None]
+    one, two = (low % count, (low + 1) % count) if around else (np.clip(low, 0, count - 1), np.clip(low + 1, 0, count - 1))
+    return on_lengths(keyed[one] + share * (keyed[two] - keyed[one]), skeleton, lengths)
+
+
+def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
+    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root stays."""
+    vectors = bone_vectors(joints, skeleton)
+    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9) * lengths[:, None]
+    vectors[:, 0] = 0
+    moved: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, vectors) + joints[:, :1]
+    return moved
+
+
+def _varied(keyed: FloatArray, skeleton: Skeleton, amplitude: float) -> FloatArray:
+    """A clip (K, J, 3) whose trunk, head and arms move `amplitude` times as far from their mean pose; as it is where hands come near the ground."""
+    names = skeleton.joint_names
+    if keyed[:, [names.index("hand_l"), names.index("hand_r")], 1].min() < HANDS_FREE:
+        return keyed
+    legs = [index for index, name in enumerate(names) if name.startswith(("pelvis", "thigh", "calf", "foot", "ball"))]
+    vectors = bone_vectors(keyed, skeleton)
+    mean = vectors.mean(axis=0)
+    changed = mean + amplitude * (vectors - mean)
+    changed *= np.linalg.norm(vectors, axis=-1, keepdims=True) / np.maximum(np.linalg.norm(changed, axis=-1, keepdims=True), 1e-9)
+    changed[:, legs] = vectors[:, legs]
+    varied: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, changed) + keyed[:, :1]
+    return varied
+
+
+def _closed(keyed: FloatArray, fps: float) -> FloatArray:
+    """A clip (K, J, 3) whose end comes to its beginning over `SEAM_SECONDS`."""
+    fade = min(max(2, round(SEAM_SECONDS * fps)), len(keyed))
+    weight = np.linspace(0, 1, fade + 1)[1:, None, None]
+    closed = keyed.copy()
+    closed[-fade:] += weight * (keyed[:1] - closed[-1:])
+    return closed
+

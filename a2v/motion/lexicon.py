@@ -1,0 +1,241 @@
+"""Words of prompts in a common form: stems, synonyms, spelling, and what kind of word it is.
+
+``synonyms.csv`` is curated; ``words.txt.gz`` and ``senses.csv`` come out of WordNet 3.0 (``scripts/make_word_tables.py``).
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import re
+import threading
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+
+import snowballstemmer
+from rapidfuzz import process
+from rapidfuzz.distance import OSA
+
+SYNONYMS = Path(__file__).with_name("synonyms.csv")
+WORDS = Path(__file__).with_name("words.txt.gz")
+SENSES = Path(__file__).with_name("senses.csv")
+
+MAX_WORDS = 60
+"""Words of one part of a prompt that are read; nobody says more of an action."""
+
+#: Words that say nothing about the action.
+STOPWORDS = frozenset(
+    ["a", "an", "the", "this", "that", "some", "any", "someone", "somebody", "something", "anything", "person", "people", "man", "woman", "guy", "girl", "boy", "child", "kid", "i", "me", "my", "you", "your", "we", "he", "she", "they", "it", "his", "her", "their", "its", "him", "them", "himself", "herself", "itself", "one", "is", "are", "be", "being", "am", "was", "does", "do", "did", "doing", "make", "makes", "making", "let", "lets", "please", "can", "could", "would", "should", "will", "want", "wants", "need", "go", "goes", "going", "gets", "get", "act", "acts", "acting", "perform", "performs", "performing", "play", "plays", "playing", "pretend", "pretends", "use", "uses", "using", "has", "have", "having", "like", "as", "if", "of", "to", "in", "on", "at", "by", "for", "from", "with", "into", "onto", "over", "under", "through", "past", "along", "towards", "toward", "and", "or", "while", "after", "before", "then", "so", "very", "really", "quite", "just", "bit", "little", "there", "here", "first", "finally", "next", "later", "show", "shows", "try", "tries", "but", "possible", "again", "feel", "feels", "feeling", "two", "three", "four", "five", "six", "ten", "twice", "once", "times", "more", "when", "who", "which", "what", "how", "everybody", "nobody", "thing", "stuff", "normally", "normal", "guys", "dude", "lady", "character", "avatar", "video", "motion", "animation", "movement", "action", "scene"]
+)  # fmt: skip
+
+WEIGHTS = {"v": 0.9, "n": 0.9, "m": 0.7, "o": 0.4, "j": 0.2, "r": 0.12, "c": 0.06, "x": 1.5, "": 0.9}
+"""What a word that no action has counts against all of them, by its class (see ``words.txt.gz``); "" for what is no word."""
+PARTICLES = frozenset(["up", "down", "around", "out", "off", "away", "over", "about", "back", "take", "give", "hand", "hands", "both", "righthand", "lefthand", "still", "start", "begin"])
+PARTICLE = 0.2
+"""Most that one of `PARTICLES` weighs: actions are said with and without them."""
+HEAD = 1.4
+"""How much more the first verb of a part counts."""
+PLACED = 0.15
+"""Share of its weight that a thing has which is only where something takes place ("through the park")."""
+PLACES = frozenset(["on", "after", "before", "during", "until", "in", "at", "through", "to", "into", "along", "past", "towards", "toward", "from", "near", "around", "behind", "across", "down", "up", "under", "inside", "outside", "for", "by", "beside"])
+DETERMINERS = frozenset(["a", "an", "the", "this", "that", "some", "my", "your", "his", "her", "their", "its", "one", "two"])
+LIKE = frozenset(["like", "as", "be", "act", "imitate", "being", "pretend", "play", "acts", "acting", "is", "become"])
+RELATIONS = {"same": 0.95, "kind": 0.8}
+"""How sure a word of ``senses.csv`` means what stands there."""
+MENDED = 0.9
+"""How sure a word is whose spelling was mended."""
+LEAST_MENDED = 4
+"""Letters of the shortest word whose spelling is mended."""
+
+_LOCK = threading.Lock()
+_stemmer = snowballstemmer.stemmer("english")
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a prompt.
+
+    Attributes
+    ----------
+    stem : str
+        In common form.
+    given : str
+        As it was written.
+    sure : float
+        How sure `stem` is what was meant, in [0, 1].
+    against : float
+        What it counts against an action that does not have it, at least.
+    placed : bool
+        Whether it says where something takes place.
+    leading : bool
+        Whether it says who acts, or like whom.
+    """
+
+    stem: str
+    given: str
+    sure: float = 1.0
+    against: float = 0.0
+    placed: bool = False
+    leading: bool = False
+
+
+@lru_cache(maxsize=20_000)
+def root(word: str) -> str:
+    """Stem of a word, that of an adverb's adjective: "happily" as "happy"."""
+    if len(word) > 4 and word.endswith("ly"):
+        word = word[:-3] + "y" if word.endswith("ily") else word[:-2]
+    with _LOCK:  # Snowball's stemmer keeps its word in itself
+        return str(_stemmer.stemWord(word))
+
+
+def plain_words(text: str) -> list[str]:
+    """The words of a text in small letters; "don't" is "dont", "t-rex" two words."""
+    return re.findall(r"[a-z0-9]+", text.lower().replace("'", "").replace("’", ""))
+
+
+def canonical_words(text: str) -> list[str]:
+    """Words of a text in common form: phrases and synonyms replaced, fillers dropped, stems."""
+    return [stem for stem, _ in _canonical(plain_words(text))]
+
+
+def _canonical(words: Sequence[str]) -> list[tuple[str, tuple[int, int]]]:
+    """Stems in common form, and which words (begin, end) each is from."""
+    roots = [root(word) for word in words]
+    phrases, longest = synonyms()
+    found: list[tuple[str, tuple[int, int]]] = []
+    at = 0
+    while at < len(roots):
+        for size in range(min(longest, len(roots) - at), 0, -1):
+            means = phrases.get(("=" + words[at],)) if size == 1 else None
+            means = phrases.get(tuple(roots[at : at + size])) if means is None else means
+            if means is not None:
+                found += [(stem, (at, at + size)) for stem in means]
+                at += size
+                break
+        else:
+            if at + 1 < len(roots) and "_".join(roots[at : at + 2]) in dictionary() and words[at + 1] not in PARTICLES:
+                found.append(("_".join(roots[at : at + 2]), (at, at + 2)))
+                at += 1
+            elif words[at] not in STOPWORDS and roots[at] not in _stopped():
+                found.append((roots[at], (at, at + 1)))
+            at += 1
+    return found
+
+
+def read_words(text: str, vocabulary: Collection[str]) -> list[Word]:
+    """The words of a part of a prompt as the stems of a `vocabulary`, misspelt ones mended, and what the others count.
+
+    Where a word is not the vocabulary's, what it is a kind of may be (``senses.csv``).
+    """
+    given = plain_words(text)[:MAX_WORDS]
+    words = [mended(word, vocabulary) for word in given]
+    found, headed = [], False
+    for stem, (begin, end) in _canonical(words):
+        if stem.isdigit():
+            continue
+        kind, placed = _class_of(words, begin, stem), _placed(words, begin)
+        sense = senses().get(stem) if kind in ("v", "m", "n") and stem not in vocabulary else None
+        sure = 1.0 if words[begin:end] == given[begin:end] else MENDED
+        if sense is not None and sense[0] in vocabulary:
+            stem, sure = sense[0], sure * sense[1]
+        weight = PARTICLE if stem in PARTICLES else WEIGHTS[kind]
+        if kind == "v" and not headed:
+            weight, headed = weight * HEAD, True
+        if kind in ("o", "c", "n") and placed:
+            weight *= PLACED
+        headed = headed or (stem in vocabulary and "v" in dictionary().get(stem, ""))
+        found.append(Word(stem, " ".join(given[begin:end]), sure, weight, placed, _leads(words, begin)))
+    return found
+
+
+def _class_of(words: Sequence[str], at: int, stem: str) -> str:
+    """The class of a word where it stands: what follows an article is no verb, what ends in -ing or begins a prompt is one if it can."""
+    kinds = dictionary().get(stem, "")
+    if "v" in kinds and kinds != "v":
+        before = words[at - 1] if at else ""
+        rest = kinds.replace("v", "")
+        if before in DETERMINERS or before in PLACES or "j" in dictionary().get(root(before), "")[:1]:
+            return rest[0]
+        after = words[at + 1] if at + 1 < len(words) else ""
+        if at == 0 and after not in STOPWORDS and after not in PARTICLES and "v" in dictionary().get(root(after), ""):
+            return rest[0]  # "shadow boxing"
+        if words[at].endswith("ing") or at == 0 or before in ("to", "and", "then", "he", "she", "they", "you", "i"):
+            return "v"
+    return kinds[:1]
+
+
+def _placed(words: Sequence[str], at: int) -> bool:
+    """Whether a preposition of place leads to a word, by articles and adjectives alone."""
+    for word in reversed(words[max(0, at - 3) : at]):
+        if word in PLACES:
+            return True
+        if word not in DETERMINERS and not dictionary().get(root(word), "").startswith("j"):
+            return False
+    return False
+
+
+def _leads(words: Sequence[str], at: int) -> bool:
+    """Whether a word is at the beginning, but for articles and adjectives, or comes after "like"."""
+    for word in reversed(words[:at]):
+        if word in LIKE:
+            return True
+        if word not in DETERMINERS and not dictionary().get(root(word), "").startswith("j"):
+            return False
+    return True
+
+
+@lru_cache(maxsize=5_000)
+def _mended(word: str, known: tuple[str, ...]) -> str:
+    limit = 1 if len(word) < 9 else 2
+    found = process.extractOne(word, known, scorer=OSA.distance, score_cutoff=limit)
+    return str(found[0]) if found is not None else word
+
+
+def mended(word: str, vocabulary: Collection[str]) -> str:
+    """A word that is none as the nearest of the vocabulary, one slip away (two in long words); others as they are."""
+    stem = root(word)
+    if len(word) < LEAST_MENDED or not word.isalpha() or len(word) > 24 or stem in vocabulary or stem in dictionary() or word in STOPWORDS or stem in _phrase_words():
+        return word
+    near = _mended(word, _mendable(tuple(vocabulary)))
+    return near if near != word else _mended(stem, _mendable(tuple(vocabulary)))
+
+
+@lru_cache(maxsize=8)
+def _mendable(vocabulary: tuple[str, ...]) -> tuple[str, ...]:
+    ended = {stem + end for stem in vocabulary if len(stem) >= LEAST_MENDED - 1 for end in ("", "ing", "s")} | {stem + stem[-1:] + "ing" for stem in vocabulary if 2 < len(stem) < 6}
+    return tuple(sorted(ended | {word for word in _phrase_words() if len(word) >= LEAST_MENDED}))
+
+
+@cache
+def synonyms() -> tuple[dict[tuple[str, ...], list[str]], int]:
+    """Stems of a phrase to the stems that it means ("=cheer": that very word, no other of its stem); and the longest phrase."""
+    with SYNONYMS.open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    table = {tuple(word if word.startswith("=") else root(word) for word in row["words"].split()): [root(word) for word in row["means"].split()] for row in rows}
+    return table, max(map(len, table))
+
+
+@cache
+def _phrase_words() -> frozenset[str]:
+    return frozenset(word for phrase in synonyms()[0] for word in phrase)
+
+
+@cache
+def dictionary() -> dict[str, str]:
+    """Stems of English words (two with ``_`` between them) to their classes."""
+    lines = gzip.decompress(WORDS.read_bytes()).decode().splitlines()
+    return dict(line.split(" ", 1) for line in lines)
+
+
+@cache
+def senses() -> dict[str, tuple[str, float]]:
+    """Stems to a stem of which they are a kind, and how sure that is."""
+    with SENSES.open(newline="", encoding="utf-8") as stream:
+        return {root(row["word"]): (root(row["means"]), RELATIONS[row["relation"]]) for row in csv.DictReader(stream)}
+
+
+@cache
+def _stopped() -> frozenset[str]:
+    return frozenset(root(word) for word in STOPWORDS) | STOPWORDS

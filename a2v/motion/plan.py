@@ -1,0 +1,184 @@
+"""One function from what is asked for, in words or as a timeline, to typed steps and what makes them: `plan_motion`.
+
+The command line, tables, the page and Python all ask it; nothing else decides which model or clip makes an action.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from a2v.errors import InputError
+from a2v.motion.catalog import NAMES, SOURCES, Understanding, catalog, understand, with_sources
+from a2v.motion.clips import LIBRARY
+from a2v.motion.clips import SOURCE as CLIPS
+from a2v.motion.direct import make_motion
+from a2v.motion.edit import Edit
+from a2v.motion.medley import make_sourced, natural_seconds
+from a2v.motion.model import MotionModel
+from a2v.motion.prompts import Match, Step, explain, parse_prompt
+from a2v.motion.timeline import read_timeline
+from a2v.motion.vocabulary import Vocabulary
+from a2v.motion.wishes import Direction
+from a2v.sessions import file_digest
+from a2v.types import FloatArray, Motion
+
+AUTO, DIRECTED = "auto", "cmu-fine"
+"""All sources (`a2v.motion.catalog.SOURCES`); and the one of them that can be directed."""
+
+
+@dataclass(frozen=True)
+class MotionPlan:
+    """Steps, and what makes them.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        Without a source where `model` makes all of them.
+    matches : tuple of Match
+        What each part of the words was taken for.
+    model : MotionModel or None
+        None where clips or several sources make the steps.
+    """
+
+    steps: tuple[Step, ...]
+    matches: tuple[Match, ...]
+    model: MotionModel | None
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """What makes the steps, each once: names of `SOURCES`, or the model's file."""
+        return (self.model.path.stem,) if self.model is not None else tuple(dict.fromkeys(step.source for step in self.steps))
+
+    @property
+    def path(self) -> str:
+        """A file that results depend on; `digest` is that of all of them."""
+        return str(LIBRARY if self.model is None else self.model.path)
+
+    @property
+    def digest(self) -> str:
+        """Of the content of every file that the steps are made with."""
+        if self.model is not None:
+            return self.model.digest
+        files = [LIBRARY, *(MotionModel.load(source).path for source in self.sources if source != CLIPS)]
+        return hashlib.sha256("".join(file_digest(path) for path in files).encode()).hexdigest()
+
+    @property
+    def seconds(self) -> float | None:
+        """How long it lasts by nature where no length is asked for; None for a model's actions, which have the length that people are used to see."""
+        if self.model is not None:
+            return None
+        return sum(step.seconds if step.seconds is not None else natural_seconds(step) for step in self.steps)
+
+    @property
+    def longest(self) -> float:
+        """Seconds over which a model's own clips do not go; infinite for others."""
+        return float("inf") if self.model is None else self.model.card.frames / self.model.fps
+
+    def lines(self) -> list[str]:
+        """What was understood, a line a step."""
+        told = explain(self.matches)
+        names = [self.model.path.stem if self.model is not None else NAMES.get(step.source, step.source) for step in self.steps]
+        return [f"{line} [{name}]" for line, name in zip(told, names, strict=True)]
+
+    def make(
+        self,
+        *,
+        frames: int,
+        fps: float,
+        seed: int = 0,
+        count: int = 1,
+        lengths: FloatArray | None = None,
+        edit: Edit = Edit(),
+        direction: Direction | None = None,
+    ) -> Motion:
+        """The motion; see `make_steps`."""
+        return make_steps(self.model, self.steps, frames=frames, fps=fps, seed=seed, count=count, lengths=lengths, edit=edit, direction=direction)
+
+
+def make_steps(
+    model: MotionModel | None,
+    steps: Sequence[Step],
+    *,
+    frames: int,
+    fps: float,
+    seed: int = 0,
+    count: int = 1,
+    lengths: FloatArray | None = None,
+    edit: Edit = Edit(),
+    direction: Direction | None = None,
+) -> Motion:
+    """Steps of one model by `make_motion`; those with sources by `make_sourced`, which takes neither bone lengths nor a direction.
+
+    Raises
+    ------
+    InputError
+        See both.
+    """
+    if model is not None and not any(step.source for step in steps):
+        return make_motion(
+            model, steps, frames=frames, fps=fps, seed=seed, count=count, lengths=lengths, edit=edit, direction=direction
+        )  # fmt: skip
+    if direction is not None or lengths is not None:
+        raise InputError(
+            f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has its own bones and goes its own way; "
+            "leave bone lengths, paths, poses and holds out"
+        )
+    return make_sourced(steps, frames=frames, fps=fps, seed=seed, count=count, edit=edit)
+
+
+def plan_motion(
+    action: str = "",
+    *,
+    model: str = AUTO,
+    licence: str = "any",
+    timeline: str | os.PathLike[str] | None = None,
+    directed: bool = False,
+) -> MotionPlan:
+    """What is asked for as steps, and what makes them.
+
+    Parameters
+    ----------
+    action : str
+        Names or words, "sneak, then wave, then salsa for 2 s".
+    model : str
+        "auto" for all sources, "clips" for the library alone, or a model as `MotionModel.load` takes it.
+    licence : "any" or "free"
+        "free" leaves out what is for research only.
+    timeline : path or None
+        A YAML file instead of `action` (`read_timeline`).
+    directed : bool
+        Whether there will be a direction: then "auto" is the model that can be directed.
+
+    Raises
+    ------
+    InputError
+        Neither or both of action and timeline are given, a part means no action (`UnknownActionError`, which has the nearest), or there is no such model.
+    """
+    if timeline is not None and action:
+        raise InputError("both action and timeline are given; give one of them")
+    if timeline is None and not action:
+        raise InputError("no action given; name one with --action (a2v actions lists them), or give a --timeline or a --motion")
+    if model == AUTO and directed:
+        model = DIRECTED
+    if model not in (AUTO, CLIPS):
+        opened = MotionModel.load(model)
+        if licence == "free" and "research" in opened.card.licence:
+            raise InputError(f"model {model} is for research only; leave --licence free out, or choose another --model")
+        known = Vocabulary.of(opened.card)
+        steps, matches = parse_prompt(action, known) if timeline is None else read_timeline(timeline, known)
+        return MotionPlan(tuple(steps), tuple(matches), opened)
+    sources = SOURCES if model == AUTO else (CLIPS,)
+    if timeline is None:
+        found = understand(action, licence=licence, sources=sources)
+    else:
+        whole = catalog(licence, sources)
+        steps, matches = read_timeline(timeline, whole.vocabulary)
+        found = Understanding(tuple(with_sources(steps, whole)), tuple(matches))
+    if found.sources == (CLIPS,) or len(found.sources) > 1:
+        return MotionPlan(found.steps, found.matches, None)
+    plain = tuple(dataclasses.replace(step, source="") for step in found.steps)
+    return MotionPlan(plain, found.matches, MotionModel.load(found.sources[0]))

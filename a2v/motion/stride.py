@@ -1,0 +1,57 @@
+"""Who goes faster takes longer steps, not only quicker ones."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from a2v.kinematics import inverse_kinematics, skeleton_of
+from a2v.kinematics.limbs import bend_to, legs_of
+from a2v.types import FloatArray, Motion
+
+LONGEST = 1.25
+"""Most that steps are lengthened by: legs have an end."""
+
+WALKS = 0.4
+"""Metres a second from which on a body travels, by twice as much surely."""
+
+AROUND_SECONDS = 0.25
+"""Over which a body's way is looked at (standard deviation)."""
+
+
+def strides(speed: FloatArray) -> FloatArray:
+    """How many times as long steps are at a tempo of `speed` times the recorded one: its root, as people share it between length and cadence."""
+    longer: FloatArray = np.clip(np.sqrt(speed), 1.0, LONGEST)
+    return longer
+
+
+def lengthened(motion: Motion, stride: FloatArray) -> Motion:
+    """The clip or batch with steps `stride` (T,) times as long, where it travels: the root's way and the feet's along it; bones keep their lengths."""
+    if np.max(stride) <= 1:
+        return motion
+    skeleton = skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
+    joints = motion.joints.astype(np.float64)
+    way = np.diff(joints[..., 0, [0, 2]], axis=-2, append=0) * motion.fps
+    way[..., -1, :] = way[..., -2, :]
+    smooth = gaussian_filter1d(way, AROUND_SECONDS * motion.fps, axis=-2, mode="nearest")
+    speed = np.linalg.norm(smooth, axis=-1, keepdims=True)
+    ahead = smooth / np.maximum(speed, 1e-6)
+    more = (stride[:, None] - 1) * np.clip(speed / WALKS - 1, 0, 1)
+    moved = np.cumsum(more * way, axis=-2) / motion.fps
+    moved = moved - moved[..., :1, :]
+    feet = []
+    for _, _, ankle, _ in legs_of(skeleton):
+        off = joints[..., ankle, :][..., [0, 2]] - joints[..., 0, [0, 2]]
+        target = joints[..., ankle, :].copy()
+        target[..., [0, 2]] += moved + more * (off * ahead).sum(-1, keepdims=True) * ahead
+        feet.append(target)
+    joints[..., 0] += moved[..., None, 0]
+    joints[..., 2] += moved[..., None, 1]
+    for (hip, knee, ankle, toe), target in zip(legs_of(skeleton), feet, strict=True):
+        foot = joints[..., toe, :] - joints[..., ankle, :]
+        joints[..., knee, :], joints[..., ankle, :] = bend_to(joints[..., hip, :], joints[..., knee, :], joints[..., ankle, :], target)
+        joints[..., toe, :] = joints[..., ankle, :] + foot
+    rotations = inverse_kinematics(joints, skeleton).astype(np.float32)
+    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotations, root=joints[..., 0, :].astype(np.float32))

@@ -1,0 +1,155 @@
+"""YAML from outside: one loader for all of it, which never makes more than the text holds.
+
+Aliases may repeat few nodes, merge keys (``<<``) are refused, and so are numbers of many digits: each of them lets a text of some hundred
+bytes cost gigabytes or minutes. Numbers follow YAML 1.2 (``1e3`` is one), and dates are text.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from a2v.io import reading
+
+MAX_REPEATED = 10_000
+"""Nodes that aliases may add to those which are written out."""
+
+MAX_NODES = 300_000
+"""Values and keys of one text: about 300 MB while they are read."""
+
+MAX_LEVELS = 64
+"""How deep lists and mappings may be nested; libyaml composes them by recursion in C, where thousands end the process."""
+
+MAX_NUMBER = 40
+"""Characters of a number."""
+
+MAX_KEY = 18
+"""Characters of a number that is a key: longer ones may be chosen to have one hash, which makes a dictionary quadratic."""
+
+_TAG = "tag:yaml.org,2002:"
+_FLOAT = re.compile(
+    r"[-+]?(?:[0-9][0-9_]*\.[0-9_]*|\.[0-9][0-9_]*|[0-9][0-9_]*(?=[eE]))(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
+)
+
+if TYPE_CHECKING:
+    _Base = yaml.SafeLoader
+else:
+    _Base = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class PlainLoader(_Base):
+    """PyYAML's safe loader with the bounds of this module; they raise `yaml.YAMLError`."""
+
+    yaml_implicit_resolvers = {  # noqa: RUF012 - PyYAML's own attribute
+        letter: [(tag, pattern) for tag, pattern in entries if tag.removeprefix(_TAG) not in ("float", "timestamp")]
+        for letter, entries in _Base.yaml_implicit_resolvers.items()
+    }
+
+    def __init__(self, stream: Any) -> None:
+        text = stream if isinstance(stream, str) else stream.read()
+        _check_events(text)
+        super().__init__(text)
+
+    def get_single_data(self) -> Any:
+        """The value of the only document."""
+        node = self.get_single_node()
+        if node is None:
+            return None
+        _check(node)
+        return self.construct_document(node)
+
+
+PlainLoader.add_implicit_resolver(f"{_TAG}float", re.compile(rf"(?:{_FLOAT.pattern})\Z"), list("-+0123456789."))
+
+
+def load_yaml(text: str) -> Any:
+    """The value of a YAML text.
+
+    Raises
+    ------
+    yaml.YAMLError
+        It is none, or passes a bound of this module.
+    ValueError
+        A value is not what its tag says.
+    """
+    return yaml.load(text, PlainLoader)
+
+
+def parse_yaml(data: bytes, source: object, what: str, expected: str) -> Any:
+    """The value of YAML in UTF-8, a byte-order mark or not.
+
+    Parameters
+    ----------
+    source : what messages call the file
+    what : what it should be ("timeline")
+    expected : the same at length
+
+    Raises
+    ------
+    InputError
+        It is no YAML, or passes a bound of this module.
+    """
+    with reading(source, what, expected):
+        return load_yaml(data.decode("utf-8-sig"))
+
+
+def _check_events(text: str) -> None:
+    """Demand few levels and nodes before anything is composed."""
+    level = nodes = 0
+    for event in yaml.parse(text, _Base):
+        nodes += isinstance(event, yaml.NodeEvent)
+        if isinstance(event, yaml.CollectionStartEvent):
+            level += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            level -= 1
+        if level > MAX_LEVELS:
+            raise _refused(f"is nested deeper than {MAX_LEVELS} levels", event)
+        if nodes > MAX_NODES:
+            raise _refused(f"goes beyond {MAX_NODES} values", event)
+
+
+def _check(root: yaml.Node) -> None:
+    """Demand that the tree below `root`, aliases written out, is hardly larger than what is written."""
+    sizes: dict[int, int] = {}
+    entered: set[int] = set()
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        if id(node) in sizes:
+            stack.pop()
+        elif isinstance(node, yaml.ScalarNode):
+            _check_scalar(node, MAX_NUMBER)
+            sizes[id(node)] = 1
+        elif id(node) in entered:
+            inner = [id(one) for one in _inner(node)]
+            if any(one not in sizes for one in inner):
+                raise _refused("holds itself", node)
+            sizes[id(node)] = 1 + sum(sizes[one] for one in inner)
+            if sizes[id(node)] > len(sizes) + MAX_REPEATED:
+                raise _refused(f"repeats more than {MAX_REPEATED} values by its aliases", node)
+        else:
+            entered.add(id(node))
+            stack += [one for one in _inner(node) if id(one) not in sizes]
+
+
+def _inner(node: yaml.Node) -> list[yaml.Node]:
+    """The nodes inside a sequence or mapping; its keys are looked at."""
+    if not isinstance(node, yaml.MappingNode):
+        return list(node.value)
+    for key, _ in node.value:
+        if key.tag == f"{_TAG}merge":
+            raise _refused("has a merge key (<<); write its entries out", key)
+        if isinstance(key, yaml.ScalarNode):
+            _check_scalar(key, MAX_KEY)
+    return [one for pair in node.value for one in pair]
+
+
+def _check_scalar(node: yaml.ScalarNode, most: int) -> None:
+    if node.tag in (f"{_TAG}int", f"{_TAG}float") and len(node.value) > most:
+        raise _refused(f"has a number of more than {most} characters", node)
+
+
+def _refused(what: str, place: yaml.Node | yaml.Event) -> yaml.YAMLError:
+    return yaml.YAMLError(f"line {place.start_mark.line + 1 if place.start_mark else 1} {what}")

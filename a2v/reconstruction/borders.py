@@ -1,0 +1,63 @@
+"""Borders between stuffs (skin, cloth, hair, shoes) as smooth curves at the texture's resolution, where vertices are too far apart to draw them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.geometry.mesh import evened
+from a2v.types import BoolArray, FloatArray, IntArray
+
+_ROUNDS = 5
+"""Rings over which the shares of stuffs are averaged: their borders become as smooth."""
+_GUESSED = 14
+"""So many more where the photo shows nothing: borders that are guessed have no corners."""
+_SOFT = 0.08
+"""Difference of shares over which one stuff turns into the next: about 2 mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Borders:
+    """Shares and colours of each stuff on the vertices.
+
+    Attributes
+    ----------
+    shares : (V, K) float32
+        Smooth; the largest one of a place is its stuff.
+    of_stuff : (K, V, 3) float32
+        Colours of each stuff, carried on beyond its border.
+    """
+
+    shares: FloatArray
+    of_stuff: FloatArray
+
+    @classmethod
+    def between(cls, labels: IntArray, faces: IntArray, colors: FloatArray, known: BoolArray) -> Borders:
+        """Of vertices with `labels` (V,) and `colors` (V, 3) on the mesh `faces` (F, 3); those that are `known` (V,) are the photo's."""
+        kinds = np.unique(labels)
+        hard = (labels[:, None] == kinds).astype(np.float64)
+        near = evened(faces, hard, _ROUNDS)
+        shares = np.where(known[:, None], near, evened(faces, near, _GUESSED))
+        carried = []
+        for kind in range(len(kinds)):
+            own = hard[:, kind, None]
+            value, weight = own * colors, own
+            for _ in range(_ROUNDS + 3):
+                grown = evened(faces, np.concatenate([value, weight], axis=1))
+                value = np.where(own > 0, own * colors, grown[:, :3])
+                weight = np.where(own > 0, own, grown[:, 3:])
+            carried.append(np.where(weight > 1e-6, value / np.maximum(weight, 1e-6), colors))
+        return cls(shares.astype(np.float32), np.stack(carried).astype(np.float32))
+
+    def colors(self, corner: IntArray, weight: FloatArray) -> FloatArray:
+        """Colours (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1)."""
+        share = (self.shares[corner] * weight).sum(axis=1)
+        first = share.max(axis=1, keepdims=True)
+        part = np.clip(1 - (first - share) / _SOFT, 0, 1)
+        part /= part.sum(axis=1, keepdims=True)
+        result = np.zeros((len(corner), 3))
+        for kind in range(share.shape[1]):
+            own = np.flatnonzero(part[:, kind] > 0)
+            result[own] += part[own, kind, None] * (self.of_stuff[kind][corner[own]] * weight[own]).sum(axis=1)
+        return result

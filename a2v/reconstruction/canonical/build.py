@@ -1,0 +1,141 @@
+"""The canonical person of a reconstruction: the body's mesh at rest, displaced to the dressed surface, with the model's own face, hands and feet."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from a2v.body.face import EYES, SKIN, teeth
+from a2v.body.parts import PARTS, on_parts
+from a2v.body.spots import moved_from_rest, rest_vertices
+from a2v.geometry.mesh import vertex_normals
+from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
+from a2v.reconstruction.canonical.observe import observe, ray_normals
+from a2v.reconstruction.canonical.settings import CharacterSettings
+from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.topology import Topology, topology
+from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
+from a2v.reconstruction.face.build import FaceSettings
+from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
+
+DEFAULT = CharacterSettings()
+HANDS = tuple(name for name in PARTS if name.endswith("hand"))
+_BENT, _CREASED = (0.55, 0.95), 0.05
+"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements there count from this share on, and from the second value on whole."""
+_DOWN = -0.4
+"""Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or nothing that was seen."""
+_EXPECTED = 0.03
+"""A colour that the backend expects of its surface holds for vertices of the character up to so far from it, metres, that face the same way."""
+
+
+def canonical_person(
+    person: Reconstruction,
+    subject: Subject,
+    body: Body,
+    camera: Camera,
+    *,
+    settings: CharacterSettings = DEFAULT,
+    face: FaceSettings | None = None,
+) -> Reconstruction:
+    """Build the person on the body's own mesh.
+
+    1. The body's mesh, refined, is cast along its normals onto the reconstructed surface. A hit counts where it is of the vertex' own
+       part, and nothing else touches there.
+    2. One sparse solve gives the displacement of every vertex: near what was observed, elsewhere the mirrored side's or what is usual on that part.
+    3. The displacements are laid on the body at rest, so that nothing of the photo's pose remains.
+
+    Parameters
+    ----------
+    person : Reconstruction
+        In the photo's pose.
+    subject, camera
+    body : Body
+        Anny, fitted to the surface.
+
+    Returns
+    -------
+    Reconstruction
+        Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
+    """
+    mesh = topology()
+    face = face or FaceSettings()
+    laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
+    body = laid.turned(body)
+    posed, rest = with_teeth(body)
+    turns = blended_turns(body)
+    posed, rest = laid.applied(posed, rest, turns)
+    shod = in_shoes(body, rest)
+    posed, rest = posed + np.einsum("vab,vb->va", turns, shod - rest), shod
+    posed, rest = without_anatomy(body, posed), without_anatomy(body, rest)
+    skin, at_rest = mesh.refined(posed), mesh.refined(rest)
+    weights, bones = four_weights(mesh, body)
+    parts = body.parts[mesh.nearest].astype(np.int64)
+    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
+    bent = mesh.spread(np.linalg.det(turns))
+    seen = observe(person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near)
+    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
+    weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
+    offset = solve_offsets(
+        at_rest, mesh.faces, seen.offset, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
+    )
+    vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
+    standing = Standing(
+        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
+    )  # fmt: skip
+    surface = Surface(
+        vertices=posed_vertices(standing, body), faces=mesh.faces.astype(np.int32), colors=np.full(vertices.shape, 0.6, np.float32),
+        face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
+    )  # fmt: skip
+    return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+
+
+def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:
+    """Anny's vertices with teeth (13854, 3) in a body's pose and at rest."""
+    rest = rest_vertices(body)
+    rows = teeth()
+    near = np.argsort(np.linalg.norm(rows.around - rows.vertices.mean(axis=0), axis=1))[:900]
+    near = near[near < SKIN.stop]
+    plain = np.concatenate([rows.around[near], np.ones((len(near), 1))], axis=1)
+    every = np.concatenate([rows.vertices, np.ones((len(rows.vertices), 1))], axis=1)
+    placed = [every @ np.linalg.lstsq(plain, np.asarray(points, np.float64)[near], rcond=None)[0] for points in (body.vertices, rest)]
+    return np.concatenate([body.vertices, placed[0]]).astype(np.float64), np.concatenate([rest, placed[1]])
+
+
+def blended_turns(body: Body) -> FloatArray:
+    """How Anny's vertices and teeth are turned from rest, (13854, 3, 3)."""
+    turns = moved_from_rest(body)[..., :3]
+    mouth = topology().nearest[EYES.stop]
+    return np.concatenate([turns, np.tile(turns[mouth], (len(teeth().vertices), 1, 1))])
+
+
+def four_weights(mesh: Topology, body: Body) -> tuple[FloatArray, IntArray]:
+    """The four largest skinning weights (V, 4) of the mesh, largest first, and their bones (V, 4)."""
+    of_teeth = body.weights[mesh.nearest[EYES.stop : EYES.stop + len(teeth().vertices)]]
+    dense = mesh.spread(np.concatenate([body.weights, of_teeth]))
+    bones = np.argsort(-dense, axis=1, kind="stable")[:, :4]
+    largest = np.take_along_axis(dense, bones, axis=1).astype(np.float64)
+    return largest / largest.sum(axis=1, keepdims=True), bones
+
+
+def posed_vertices(standing: Standing, body: Body) -> FloatArray:
+    """A standing surface's vertices (V, 3) float32 in the pose of its body: linear blend skinning."""
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    flat = moved[:, :3].reshape(len(moved), 12)
+    weights = standing.weights.astype(np.float64)
+    blended = sum(weights[:, k, None] * flat[standing.bones[:, k]] for k in range(4)).reshape(-1, 3, 4)
+    return np.asarray(np.einsum("vab,vb->va", blended[..., :3], standing.vertices.astype(np.float64)) + blended[..., 3], np.float32)
+
+
+def _expected(person: Reconstruction, made: Surface) -> FloatArray | None:
+    """The backend's expected colours (V, 3) carried over to the character; NaN where its surface is elsewhere."""
+    from scipy.spatial import cKDTree
+
+    if person.expected_colors is None:
+        return None
+    away, nearest = cKDTree(person.surface.vertices).query(made.vertices, workers=1)
+    normals = [vertex_normals(surface.vertices, np.asarray(surface.faces, np.int64)) for surface in (person.surface, made)]
+    good: BoolArray = (away < _EXPECTED) & ((normals[0][nearest] * normals[1]).sum(axis=1) > 0.3)
+    return np.where(good[:, None], person.expected_colors[nearest], np.nan).astype(np.float32)

@@ -1,0 +1,139 @@
+"""The face of a canonical person: the model's own, bent to the photo's landmarks, with all its expressions at rest."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.face import EYES, SKIN
+from a2v.body.fingers import reskinned
+from a2v.body.registry import load_body_model
+from a2v.body.spots import moved_from_rest
+from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian
+from a2v.kinematics.skeleton import subtree
+from a2v.reconstruction.canonical.topology import Topology
+from a2v.reconstruction.face.build import BentFace, FaceSettings, bend_face, face_of
+from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
+
+_AROUND = 0.09
+"""The head follows the face's bend up to so far from it, metres on the body at rest."""
+_JAW, _BROW = 0.03, 0.005
+"""Below the eyes what lies so near to the face, metres, keeps its shape, above them less: hair begins there."""
+SMALL = 44.0
+"""Faces narrower than so many pixels keep the model's own features: landmarks are off by more than what tells people apart."""
+SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colours"
+_STIFF = 10.0
+"""Smoothing of thin-plate splines, square metres, that leaves nothing but an affine map."""
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """A face laid on the body.
+
+    Attributes
+    ----------
+    reason : str
+        "anny", or why there is none.
+    bent : BentFace or None
+    small : bool
+        Whether the photo's face is too small for its own features.
+    """
+
+    reason: str
+    bent: BentFace | None = None
+    small: bool = False
+
+    def applied(self, posed: FloatArray, rest: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent, and the head following it."""
+        if self.bent is None:
+            return posed, rest
+        own = self.bent.patch.vertices
+        moved = np.zeros_like(posed)
+        moved[own] = self.bent.bent[own] - posed[own]
+        moved[: SKIN.stop] = _followed(rest[: SKIN.stop], moved[: SKIN.stop], own[own < SKIN.stop])
+        return posed + moved, rest + np.linalg.solve(turns, moved[..., None])[..., 0]
+
+    def turned(self, body: Body) -> Body:
+        """The body with its head turned as the photo's: the fit has it from few landmarks, and a face on a head that is turned otherwise sits askew."""
+        if self.bent is None:
+            return body
+        head = body.bone_names.index("head")
+        vertex = int(np.argmax(body.weights[:, head]))
+        turn = self.bent.turns[vertex] @ np.linalg.inv(moved_from_rest(body)[vertex, :, :3])
+        centre = body.bone_transforms[head, :3, 3].astype(np.float64)
+        moved = np.eye(4)
+        moved[:3, :3], moved[:3, 3] = turn, centre - turn @ centre
+        transforms = body.bone_transforms.astype(np.float64)
+        below = subtree(body.bone_parents, head)
+        transforms[below] = moved @ transforms[below]
+        return reskinned(body, transforms)
+
+    def covered(self, mesh: Topology) -> BoolArray:
+        """Which vertices (V,) of the mesh are the face's."""
+        own = np.zeros(mesh.first + 136, np.float64)
+        if self.bent is not None:
+            own[self.bent.patch.vertices] = 1.0
+        return np.asarray(mesh.spread(own) > 0.99)
+
+    def around(self, mesh: Topology, rest: FloatArray) -> BoolArray:
+        """Which vertices (V,) of the mesh, at `rest` (V, 3), the face's shape holds: its own, and the jaw's and the cheeks' beside it."""
+        from scipy.spatial import cKDTree
+
+        own = self.covered(mesh)
+        if not own.any():
+            return own
+        eyes = rest[EYES].mean(axis=0)
+        reach = np.where(rest[:, 1] < eyes[1], _JAW, _BROW)
+        return np.asarray(own | (cKDTree(rest[own & mesh.skin]).query(rest, workers=1)[0] < reach))
+
+
+NO_FACE = Laid("none was asked for")
+
+
+def lay_face(surface: Surface, subject: Subject, body: Body, camera: Camera, settings: FaceSettings) -> Laid:
+    """The body's face on the photo's; a small one as the model has it, only moved, turned and scaled."""
+    small = subject.face is not None and face_width(subject.face) < SMALL
+    if small:
+        settings = dataclasses.replace(settings, smoothing=_STIFF)
+    bent = bend_face(surface, subject, body, camera, settings=settings)
+    return Laid(bent) if isinstance(bent, str) else Laid("anny", bent, small)
+
+
+def face_width(landmarks: FloatArray) -> float:
+    """Width of a face in pixels: from one ear's root to the other's, as mediapipe's landmarks (478, 3) have them."""
+    return float(np.linalg.norm((landmarks[454] - landmarks[234])[:2]))
+
+
+def face_on(mesh: Topology, laid: Laid, subject: Subject) -> Face | None:
+    """The expressions on the mesh, as offsets at rest."""
+    if laid.bent is None:
+        return None
+    bent, every = laid.bent, np.arange(len(mesh.twin))
+    back = np.linalg.inv(bent.turns)
+    kinds = np.full(mesh.first + 136, 255, np.int64)
+    kinds[bent.patch.vertices] = bent.patch.kinds
+    patch = np.flatnonzero(laid.covered(mesh))
+    whole = np.concatenate([kinds, kinds[np.minimum(mesh.nearest[len(kinds) :], len(kinds) - 1)]])
+
+    def moved(name: str) -> FloatArray:
+        return mesh.spread(np.einsum("vab,vb->va", back, bent.moved(name)))
+
+    assert subject.face is not None
+    return face_of(moved, every, patch.astype(np.int32), mesh.nearest[patch].astype(np.int32), whole[patch].astype(np.uint8), subject.face)
+
+
+def _followed(rest: FloatArray, moved: FloatArray, own: np.ndarray) -> FloatArray:
+    """The skin's shifts (n, 3): given on `own` vertices, 0 far from them, harmonic between."""
+    from scipy.sparse import diags
+    from scipy.spatial import cKDTree
+
+    faces = load_body_model("anny").faces.astype(np.int64)
+    faces = faces[faces.max(axis=1) < len(rest)]
+    reach = cKDTree(rest[own]).query(rest, workers=1)[0]
+    held = np.where(reach < 1e-9, 1e6, np.where(reach > _AROUND, 1e6, 0.0))
+    system = laplacian(cotangent_weights(rest, faces)) + diags(held + 1e-9)
+    return Cholesky(system).solve(held[:, None] * np.where(reach[:, None] < 1e-9, moved, 0.0))
+
+

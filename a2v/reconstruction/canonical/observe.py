@@ -1,0 +1,114 @@
+"""What a reconstructed surface says of the body's displacement: rays from the posed skin, kept where what they meet is that very part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.parts import PART_NEIGHBORS, PARTS
+from a2v.geometry.mesh import evened, face_normals, vertex_normals
+from a2v.geometry.rays import RayScene
+from a2v.geometry.vectors import unit
+from a2v.types import BoolArray, FloatArray, IntArray, Surface
+
+_MOST: dict[str, float] = {"head": 0.14, "neck": 0.12, "torso": 0.16, "upper_arm": 0.09, "lower_arm": 0.09, "hand": 0.03, "thigh": 0.14, "shin": 0.12, "foot": 0.03}
+"""Cloth and hair stand off the skin of a part by at most so much, metres."""
+_SUNK = 0.035
+"""The surface lies at most so far below the fitted skin, metres."""
+_AGREE = 0.25
+"""Cosine between the normals of skin and surface from which a hit counts."""
+_FOREIGN = (0.8, 0.012)
+"""A hit counts where the nearest skin of another limb is farther off than this share of its own distance and so many metres more: nothing touches there."""
+_UNSEEN = 0.35
+"""What a displacement counts for that only the network says."""
+_EVENED = 2
+"""Rays leave along normals that are averaged over so many rings of vertices: in creases they would cross."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """Displacements of vertices along their normals.
+
+    Attributes
+    ----------
+    offset : (V,) float64
+        Metres; 0 where nothing is known.
+    weight : (V,) float64
+        0 where nothing is known, 1 where the photo shows the place.
+    normals : (V, 3) float64
+        Unit, of the posed skin: along these.
+    """
+
+    offset: FloatArray
+    weight: FloatArray
+    normals: FloatArray
+
+
+def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Unit normals (V, 3) along which vertices are displaced."""
+    return unit(evened(faces, vertex_normals(vertices, faces), _EVENED), least=1e-9)
+
+
+def observe(
+    surface: Surface, skin: FloatArray, rest: FloatArray, faces: IntArray, parts: IntArray, allowed: BoolArray, *, near: float
+) -> Observed:
+    """Cast the posed skin onto a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        Closed, in the photo's pose.
+    skin, rest : (V, 3)
+        Vertices of the body's mesh in the photo's pose and at rest, metres.
+    faces : (F, 3)
+    parts : (V,)
+        Index into `a2v.body.PARTS`.
+    allowed : (V,) bool
+        Vertices that are asked.
+    near : float
+        See `CharacterSettings`.
+    """
+    from scipy.spatial import cKDTree
+
+    normals = ray_normals(skin, faces)
+    scene = RayScene(surface.vertices, surface.faces)
+    flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
+    own = np.flatnonzero(allowed)
+    inside = scene.crossings(np.asarray(skin[own], np.float32), flat) > 0
+    way = np.where(inside, 1.0, -1.0)
+    hits = scene.cast(np.asarray(skin[own], np.float32), np.asarray(normals[own] * way[:, None], np.float32))
+    met = np.where(hits.hit[:, None], flat[np.where(hits.hit, hits.face, 0)], 0.0)
+    offset = np.where(hits.hit, hits.distance, 0.0) * way
+    most = np.array([_MOST[name.removeprefix("left_").removeprefix("right_")] for name in PARTS])[parts[own]]
+    good = hits.hit & ((met * normals[own]).sum(axis=1) > _AGREE) & (offset < most) & (offset > -_SUNK)
+    places = skin[own] + offset[:, None] * normals[own]
+    nearest = cKDTree(skin[allowed]).query(places, workers=1)[1]
+    good &= np.linalg.norm(rest[own[nearest]] - rest[own], axis=1) < near
+    foreign = _foreign(places, skin, parts, own)
+    good &= foreign > _FOREIGN[0] * np.abs(offset) + _FOREIGN[1]
+    seen = _seen(scene, places, met)
+    found, weight = np.zeros(len(skin)), np.zeros(len(skin))
+    found[own] = np.where(good, offset, 0.0)
+    weight[own] = good * np.where(seen, 1.0, _UNSEEN)
+    return Observed(found, weight, normals)
+
+
+def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArray) -> FloatArray:
+    """How far each place (n, 3) is from the nearest skin of a part that does not grow into its own, metres."""
+    from scipy.spatial import cKDTree
+
+    pairs = {frozenset(map(PARTS.index, pair)) for pair in PART_NEIGHBORS}
+    beyond = np.full(len(places), np.inf)
+    for part in np.unique(parts):
+        asked = np.array([part != mine and frozenset((int(part), int(mine))) not in pairs for mine in range(len(PARTS))])[parts[own]]
+        if asked.any() and (parts == part).any():
+            beyond[asked] = np.minimum(beyond[asked], cKDTree(skin[parts == part]).query(places[asked], workers=1)[0])
+    return beyond
+
+
+def _seen(scene: RayScene, places: FloatArray, normals: FloatArray) -> BoolArray:
+    """Whether the photo's camera sees the places (n, 3) with the surface's normals (n, 3), or they lie on its outline."""
+    ahead = np.array([0.0, 0.0, 1.0])
+    hidden = scene.occluded(np.asarray(places + 0.003 * normals + 0.002 * ahead, np.float32), np.asarray(ahead, np.float32))
+    return np.asarray(~hidden & (normals[:, 2] > -0.15))

@@ -1,0 +1,172 @@
+"""Where a character's colours are laid: its texture layout, its vertices apart from each other, and which pixels of the photo are of which part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.parts import PART_NEIGHBORS, PARTS
+from a2v.body.places import canonical_places
+from a2v.geometry.rays import ray_scene
+from a2v.reconstruction.atlas import Atlas
+from a2v.types import BodyMap, BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+
+_MARGIN = 0.01
+"""Pixels up to so far, metres, from another part's are not trusted, ..."""
+_FADE = 0.006
+"""... and within so much more they fade in."""
+_SURE = 0.12
+"""Places of the body map with a larger scale tell no part."""
+_MIXED = 0.7
+"""A pixel of the body map is of another part where at least this share of what is around it is."""
+_DOUBTFUL, _DEEP = 0.07, 0.02
+"""Up to so far from another part, metres, a pixel's colour is looked at; what is deeper than the second in a part tells its colours."""
+_MOVING = ("hand", "lower_arm", "shin", "foot")
+"""Parts that lie before others, or others before them, in poses of which the fit is a little off."""
+_ALIKE = 9.0
+"""Colours within so many CIELAB units are alike."""
+_TELLS, _RARE = 2.0, 0.03
+"""A pixel is another part's if the share of that part's pixels that are like it is so many times the share of its own part's, and so much more."""
+_SAMPLES, _LEAST = 600, 30
+_STEP = 2
+"""Pixels of the photo a side that share an answer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Canvas:
+    """What the colours of a canonical person are laid on.
+
+    Attributes
+    ----------
+    rest : (V, 3) float64
+        Vertices at rest, metres: neighbours are found there.
+    parts : (V,) int
+        Index into `a2v.body.PARTS`.
+    twin : (V,) int
+        The mirrored vertex.
+    atlas : Atlas
+    agreement : (P, H / step, W / step) uint8
+        For each part how far, 0 to 255, the photo's pixels are its own.
+    """
+
+    rest: FloatArray
+    parts: IntArray
+    twin: IntArray
+    atlas: Atlas
+    agreement: ByteArray
+
+    def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
+        """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
+        _, height, width = self.agreement.shape
+        column = np.clip(pixels[:, 0] / _STEP, 0, width - 1).astype(np.int64)
+        row = np.clip(pixels[:, 1] / _STEP, 0, height - 1).astype(np.int64)
+        return self.agreement[parts, row, column] / 255.0
+
+
+def strangers() -> BoolArray:
+    """Which parts (P, P) do not grow into each other."""
+    apart = ~np.eye(len(PARTS), dtype=bool)
+    for pair in PART_NEIGHBORS:
+        first, second = map(PARTS.index, pair)
+        apart[first, second] = apart[second, first] = False
+    return apart
+
+
+def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera) -> ByteArray:
+    """For each part how far (P, h, w) the photo's pixels are its own.
+
+    Neither the posed character nor the body map shows another part there, nor next to it; and around such borders, where the fit may be off, the
+    pixel's colour is not that of the other part.
+    """
+    import cv2
+
+    height, width = (side // _STEP for side in subject.mask.shape)
+    shown = _parts_of_character(surface, parts, camera, (height, width))
+    told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
+    apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
+    scale = camera.scale / _STEP
+    palettes = _Palettes(cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA), shown, apart, scale)
+    for part in range(len(PARTS)):
+        others = np.isin(shown, np.flatnonzero(apart[part]))
+        if told is not None:
+            others |= told[apart[part]].sum(axis=0) > _MIXED
+        if not others.any():
+            continue
+        before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
+        near = cv2.distanceTransform((~before).astype(np.uint8), cv2.DIST_L2, 5) / scale
+        doubtful = (shown == part) & (near < _DOUBTFUL) & ~others
+        others[doubtful] = palettes.of_others(part, doubtful)
+        away = cv2.distanceTransform((~others).astype(np.uint8), cv2.DIST_L2, 5) / scale
+        result[part] = np.clip((away - _MARGIN) / _FADE, 0, 1) * 255
+    return result
+
+
+class _Palettes:
+    """What the photo shows well within each part: by this a pixel near a border is told from the other side's."""
+
+    def __init__(self, image: ByteArray, shown: IntArray, apart: BoolArray, scale: float) -> None:
+        import cv2
+        from skimage.color import rgb2lab
+
+        self.lab = np.asarray(rgb2lab(image), np.float64)
+        moving = np.array([name.endswith(_MOVING) for name in PARTS])
+        self.asked = apart & (moving[:, None] | moving)  # the skin of a neckline is that of the face, and the trunk's
+        self.samples: list[FloatArray] = []
+        for part in range(len(PARTS)):
+            others = np.isin(shown, np.flatnonzero(apart[part]))
+            away = cv2.distanceTransform((~others).astype(np.uint8), cv2.DIST_L2, 5) / scale
+            within = cv2.distanceTransform((shown == part).astype(np.uint8), cv2.DIST_L2, 5) / scale
+            deep = _DEEP * (0.4 if PARTS[part].endswith("hand") else 1.0)
+            found = self.lab[(within > 0.3 * deep) & (away > deep)]
+            self.samples.append(found[:: max(1, len(found) // _SAMPLES)])
+        hands = [number for number, name in enumerate(PARTS) if name.endswith("hand")]
+        both = np.concatenate([self.samples[number] for number in hands])
+        for number in hands:  # alike, and small
+            self.samples[number] = both
+
+    def of_others(self, part: int, asked: BoolArray) -> BoolArray:
+        """Which of the pixels `asked` (h, w) look like another part rather than like `part`, (n,) bool."""
+        from scipy.spatial import cKDTree
+
+        own = self.samples[part]
+        other = np.concatenate([self.samples[number] for number in np.flatnonzero(self.asked[part])])
+        if len(own) < _LEAST or len(other) < _LEAST or not asked.any():
+            return np.zeros(int(asked.sum()), bool)
+        colors = self.lab[asked]
+        like_own, like_other = (
+            cKDTree(palette).query_ball_point(colors, _ALIKE, workers=1, return_length=True) / len(palette) for palette in (own, other)
+        )
+        return np.asarray(like_other > _TELLS * like_own + _RARE)
+
+
+def _parts_of_character(surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
+    """Part (h, w) that the posed character shows; -1 for none."""
+    columns, rows = np.meshgrid((np.arange(size[1]) + 0.5) * _STEP, (np.arange(size[0]) + 0.5) * _STEP)
+    points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
+    rays = np.empty((*size, 6), np.float32)
+    rays[..., :2], rays[..., 2], rays[..., 3:] = points[..., :2], float(surface.vertices[:, 2].max()) + 1, (0, 0, -1)
+    found = ray_scene(surface.vertices, surface.faces, threads=0).cast_rays(rays)
+    hit = np.isfinite(found["t_hit"].numpy())
+    face = np.where(hit, found["primitive_ids"].numpy().astype(np.int64), 0)
+    return np.where(hit, parts[surface.faces[face, 0]], -1)
+
+
+def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:
+    """Share (P, h, w) of each part around each pixel, as the body map has it; 0 where it is not sure."""
+    import cv2
+    from scipy.spatial import cKDTree
+
+    from a2v.body.registry import load_body_model
+
+    canonical = canonical_places()
+    sure = found.inside & (found.place_scales < _SURE)
+    part = np.full(found.inside.shape, -1)
+    nearest = cKDTree(canonical.places).query(found.places[sure], workers=1)[1]
+    part[sure] = load_body_model("anny").parts[canonical.vertex_ids[nearest]]
+    side, told = len(part), np.zeros((len(PARTS), *size), np.float32)
+    move = np.array([[_STEP / found.step, 0, (0.5 * _STEP - found.corner[0]) / found.step - 0.5], [0, _STEP / found.step, (0.5 * _STEP - found.corner[1]) / found.step - 0.5]])
+    for number in np.unique(part[part >= 0]):
+        layer = (part == number).astype(np.float32).reshape(side, side)
+        told[number] = cv2.warpAffine(layer, move, size[::-1], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+    return told

@@ -1,0 +1,73 @@
+"""A photo as it projects onto a surface: what it shows of each point, and how far that is to be trusted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.geometry.images import sample_image
+from a2v.geometry.steps import smoothstep
+from a2v.geometry.visibility import depth_map
+from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.color_prior import clean_colors
+from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+
+RIM = (0.015, 0.035)
+"""Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
+STRAND = 0.05
+"""Largest detail of hair that is continued, sRGB."""
+_TONED = 15
+"""At least so many vertices tell the tone of skin or hair."""
+_AROUND = 150
+"""So many vertices that are seen say what a hidden one looks like."""
+TONE = np.array([0.6, 0.75, 0.75])
+"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
+
+
+class PhotoProjection:
+    """The photo as a projector: its clean colours, and how far to trust them at a point."""
+
+    canvas: Canvas | None = None
+    known: BoolArray
+
+    def __init__(self, surface: Surface, subject: Subject, camera: OrthographicCamera) -> None:
+        import cv2
+
+        self.subject, self.camera = subject, camera
+        self.clean = clean_colors(subject)
+        height, width = subject.mask.shape
+        depth = depth_map(surface.vertices, surface.faces, camera, (width, height))
+        # the nearest depth around a pixel: at an occluding edge the side behind takes no colour from before
+        self.depth = cv2.dilate(depth, np.ones((3, 3), np.uint8))
+        person = (subject.mask > 0.5).astype(np.uint8)
+        self.inner = cv2.distanceTransform(cv2.copyMakeBorder(person, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
+        tall = float(np.ptp(np.nonzero(person)[0]) + 1)
+        self.edge = max(1.0, 0.004 * tall)  # pixels over which the silhouette fades
+
+    def patch_colors(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
+        """Colours (V, 3) float64 in [0, 1] of the photo at the vertices (V, 3), each averaged over the patch that it stands for."""
+        import cv2
+
+        spacing = float(np.median(np.linalg.norm(vertices[faces[:, 0]] - vertices[faces[:, 1]], axis=1))) * self.camera.scale
+        softened = cv2.GaussianBlur(self.clean, (0, 0), 0.4 * spacing) if spacing > 1 else self.clean
+        return np.clip(sample_image(softened, self.camera.project(vertices)), 0, 1).astype(np.float64)
+
+    def _pixel(self, points: FloatArray) -> tuple[IntArray, IntArray, BoolArray]:
+        pixels = self.camera.project(points)
+        height, width = self.depth.shape
+        u, v = np.floor(pixels[:, 0]).astype(np.int64), np.floor(pixels[:, 1]).astype(np.int64)
+        within = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        return np.clip(u, 0, width - 1), np.clip(v, 0, height - 1), within
+
+    def unoccluded(self, points: FloatArray, tolerance: float = 0.012) -> BoolArray:
+        """Whether nothing lies more than `tolerance` metres before the points (N, 3), and they are inside the photo."""
+        u, v, within = self._pixel(points)
+        return np.asarray(within & (self.depth[v, u] <= points[:, 2] + tolerance))
+
+    def trust(self, points: FloatArray, normals: FloatArray) -> FloatArray:
+        """From 0 (unseen, grazing, or at the silhouette) to 1 (seen squarely) at points (N, 3)."""
+        u, v, within = self._pixel(points)
+        facing = np.clip((normals[:, 2] - 0.12) / 0.28, 0, 1)
+        inner = np.clip(self.inner[v, u] / self.edge - 0.5, 0, 1)
+        # softly closed behind occluding edges
+        behind = np.clip((points[:, 2] + 0.02 - self.depth[v, u]) / 0.012, 0, 1)
+        return np.asarray(smoothstep(facing, 0, 1) * inner * behind * within)

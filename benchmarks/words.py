@@ -1,0 +1,136 @@
+"""How many prompts are understood: ``python -m benchmarks.words [--half development] [--show]``.
+
+``tests/motion/words.csv`` was written before the matcher that it measures. A row holds a prompt, what a person would accept, and the lengths that it
+asks for. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted for one of them, `` / `` other ways to part it; ``*`` stands for any end of a
+name; ``refuse`` for a refusal. A prompt is *servable* where every step has an accepted action that is shipped. It is
+
+- *served*: every step is an accepted action, and the lengths are those of the row,
+- *refused*: where a refusal is accepted or nothing that is accepted is shipped, this is right,
+- *wrong*: anything else.
+
+The development half may be looked at; of the held-out half only the counts are shown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from a2v.errors import InputError
+from a2v.motion.model import plain_name
+
+TESTS = Path(__file__).parents[1] / "tests/motion"
+HALVES = ("development", "held-out")
+
+Steps = Sequence[tuple[str, float | None]]
+Resolver = Callable[[str], Steps]
+"""A prompt to its steps' actions and seconds; raises `InputError` where it refuses."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A prompt and what a person accepts for it."""
+
+    prompt: str
+    accepted: tuple[tuple[tuple[str, ...], ...], ...]
+    seconds: tuple[float | None, ...]
+    half: str
+
+    @classmethod
+    def of(cls, row: dict[str, str]) -> Row:
+        """A row of the file."""
+        ways = tuple(tuple(tuple(step.split(";")) for step in way.split("|")) for way in row["accepted"].split(" / "))
+        seconds = tuple(float(part) if part else None for part in row.get("seconds", "").split("|"))
+        return cls(row["prompt"], ways, seconds, row.get("half", HALVES[0]))
+
+    @property
+    def may_refuse(self) -> bool:
+        """Whether a refusal is as good."""
+        return any("refuse" in step for way in self.accepted for step in way)
+
+    def servable(self, actions: Sequence[str]) -> bool:
+        """Whether everything that it takes is among `actions`."""
+        return any(all(any(_is(action, step) for action in actions) for step in way) for way in self.accepted)
+
+    def serves(self, steps: Steps) -> bool:
+        """Whether `steps` are what a person accepts."""
+        lengths = self.seconds if any(self.seconds) else (None,) * len(steps)
+        return any(
+            len(way) == len(steps)
+            and len(lengths) == len(steps)
+            and all(_is(action, step) and seconds == length for (action, seconds), step, length in zip(steps, way, lengths, strict=True))
+            for way in self.accepted
+        )
+
+
+def _is(action: str, accepted: Sequence[str]) -> bool:
+    """Whether an action has one of the names."""
+    return any(fnmatchcase(plain_name(action), "*".join(map(plain_name, name.split("*")))) for name in accepted)
+
+
+def read_rows(name: str = "words.csv") -> list[Row]:
+    """The prompts of a file of ``tests/motion``."""
+    with (TESTS / name).open(newline="", encoding="utf-8") as stream:
+        return [Row.of(row) for row in csv.DictReader(stream)]
+
+
+def verdict(row: Row, resolve: Resolver, actions: Sequence[str]) -> tuple[str, str]:
+    """One of "served", "refused right", "refused" and "wrong", and what came out."""
+    try:
+        steps = resolve(row.prompt)
+    except InputError as error:
+        return ("refused right" if row.may_refuse or not row.servable(actions) else "refused"), str(error)
+    told = ", ".join(action + (f" for {seconds:g} s" if seconds is not None else "") for action, seconds in steps)
+    return ("served" if row.serves(steps) else "wrong"), told
+
+
+def count(rows: Sequence[Row], resolve: Resolver, actions: Sequence[str]) -> tuple[Counter[str], list[tuple[str, str, str]]]:
+    """How often each verdict falls, with "servable": rows that are servable and are not to be refused; and (verdict, prompt, answer) of the bad ones."""
+    counts: Counter[str] = Counter()
+    bad = []
+    for row in rows:
+        what, told = verdict(row, resolve, actions)
+        counts[what] += 1
+        if row.servable(actions) and not (row.may_refuse and what == "refused right"):
+            counts["servable"] += 1
+        if what in ("wrong", "refused"):
+            bad.append((what, row.prompt, told))
+    return counts, bad
+
+
+def today() -> tuple[Resolver, list[str]]:
+    """What the commands do with a prompt, and every action that can be asked for."""
+    from a2v.motion.catalog import catalog, understand
+
+    def resolve(text: str) -> Steps:
+        return [(step.action, step.seconds) for step in understand(text).steps]
+
+    return resolve, [entry.name for entry in catalog().entries]
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--half", choices=HALVES)
+    parser.add_argument("--show", action="store_true", help="the bad ones of the development half")
+    options = parser.parse_args()
+    resolve, actions = today()
+    rows = read_rows()
+    for half in HALVES if options.half is None else (options.half,):
+        own = [row for row in rows if row.half == half]
+        counts, bad = count(own, resolve, actions)
+        share = counts["served"] / max(counts["servable"], 1)
+        print(f"{half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}")
+        if options.show and half == HALVES[0]:
+            print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
+    first = read_rows("first_fifty.csv")
+    print(f"of the {len(first)} that are tried first {count(first, resolve, actions)[0]['served']} are served; {len(actions)} actions")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""Forgetting a photo: remove from a store all that was computed from it, and what nobody refers to any more.
+
+A record of a call names the stored values among its arguments (`pipelines.engine.memo`), so whatever depends on a photo is found by following
+the records from the photo's own value.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from a2v.io import clear_leftovers, read_bytes
+from a2v.record import Record
+from pipelines.engine.store import IN_USE_SECONDS, MAX_CALL_BYTES, Ref, Store, decode, digest_of, refs_in
+
+
+def ref_of(record: Record) -> Ref[Any]:
+    """What `Store.put` would name a value."""
+    return Ref(digest_of(record.to_bytes()))
+
+
+@dataclass(frozen=True)
+class Forgotten:
+    """What was removed.
+
+    Attributes
+    ----------
+    calls : int
+        Records of calls that depended on the photo.
+    unknown : int
+        Records of an older version, which do not say what they depended on; they are removed too.
+    values : int
+        Stored values.
+    bytes : int
+        Of these values.
+    """
+
+    calls: int = 0
+    unknown: int = 0
+    values: int = 0
+    bytes: int = 0
+
+
+@dataclass(frozen=True)
+class _Call:
+    path: Path
+    given: frozenset[str] | None  # digests among the arguments; None where the record does not say
+    gave: frozenset[str]
+
+
+def forget(store: Store, values: Iterable[Ref[Any]], *, keep: Collection[Ref[Any]] = (), idle: float = IN_USE_SECONDS) -> Forgotten:
+    """Remove stored values, every remembered call that depends on them, and values that no remaining call names.
+
+    Parameters
+    ----------
+    store : the store; of one with an object store behind it, what this machine's folder has a record of is removed there too
+    values : of the photo, its mask, its keypoints; they need not be there
+    keep : values that stay though no call names them, such as photos that wait
+    idle : seconds; a value that no call names, and that is not one of those removed here, stays if it was used within this time,
+        since a run may be about to name it
+
+    Returns
+    -------
+    Forgotten
+    """
+    calls = list(_calls(store.folder))
+    tainted = {ref.digest for ref in values}
+    gone = {call.path for call in calls if call.given is None}
+    unknown = len(gone)
+    while found := [call for call in calls if call.path not in gone and call.given is not None and call.given & tainted]:
+        for call in found:
+            gone.add(call.path)
+            tainted |= call.gave
+    left = [call for call in calls if call.path not in gone]
+    removed = [call for call in calls if call.path in gone]
+    named = {ref.digest for ref in keep}.union(*(call.gave | (call.given or frozenset()) for call in left))
+    suspects = tainted.union(*(call.gave | (call.given or frozenset()) for call in removed))
+    for call in removed:
+        _remove(store, call.path)
+    counts = [0, 0]
+    now = time.time()
+    for path in (store.folder / "objects").glob("??/*.npz"):
+        digest = path.parent.name + path.stem
+        with contextlib.suppress(OSError):
+            known = path.stat()
+            if digest not in named and (digest in suspects or now - known.st_mtime >= idle):
+                _remove(store, path)
+                counts[0] += 1
+                counts[1] += known.st_size
+    for folder in (store.folder / "objects").glob("??"):
+        clear_leftovers(folder)
+    return Forgotten(len(gone) - unknown, unknown, counts[0], counts[1])
+
+
+def _remove(store: Store, path: Path) -> None:
+    path.unlink(missing_ok=True)
+    if store.remote is not None and "@here" not in path.as_posix():
+        store.remote.remove(path.relative_to(store.folder).as_posix())
+
+
+def _calls(folder: Path) -> Iterator[_Call]:
+    """Every record of a call; one that cannot be read depends on we do not know what."""
+    for path in (folder / "calls").glob("*/*/*.json"):
+        try:
+            record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
+            gave = frozenset(ref.digest for ref in refs_in(decode(record["result"])))
+            given = frozenset(str(digest) for digest in record["given"]) if "given" in record else None
+            yield _Call(path, given, gave)
+        except Exception:  # damaged, or none of ours
+            yield _Call(path, None, frozenset())

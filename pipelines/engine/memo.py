@@ -1,0 +1,291 @@
+"""Nodes that remember: a plain typed function whose result is kept under a key of its code and its arguments.
+
+The key digests the code that the node reaches with the data files that it reads (`pipelines.engine.closure`), and the arguments
+(`joblib.hash`: dtype- and shape-aware for arrays; refs and files count by their content). Change any of them and the
+node runs again; change nothing and the stored result is returned. While a node runs it may report progress
+and notes; they go to the event file of the run, which the process that draws the bars reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import dataclasses
+import functools
+import importlib
+import inspect
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+import joblib
+import numpy as np
+
+from a2v.errors import A2VError
+from a2v.types import Progress
+from pipelines.engine import store as storage
+from pipelines.engine.closure import code_digest
+from pipelines.engine.store import File, Ref, Store
+
+P = ParamSpec("P")
+R = TypeVar("R", covariant=True)
+
+
+class Node(Generic[P, R]):
+    """A memoised function; called, it looks into the current store first."""
+
+    def __init__(self, function: Callable[P, R], remember: bool = True) -> None:
+        functools.update_wrapper(self, function)
+        self.function = function
+        self.remember = remember
+        self.name = function.__name__
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """The result for these arguments, remembered or computed now."""
+        return cast(R, self.call(storage.current(), self.code(), args, kwargs))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _find, (self.function.__module__, self.function.__qualname__)
+
+    def code(self) -> str:
+        """Digest of the code and data files that the result depends on."""
+        module = self.function.__module__
+        source = inspect.getsourcefile(sys.modules[module])
+        if source is None:
+            raise TypeError(f"module {module} has no source file; nodes live in modules")
+        return code_digest(source, self.function.__qualname__.partition(".")[0])
+
+    def key(self, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> str:
+        """What names a call: node, code and arguments."""
+        bound = inspect.signature(self.function).bind(*args, **kwargs)
+        bound.apply_defaults()
+        return str(joblib.hash([self.name, code, plain(bound.arguments)]))
+
+    def call(self, store: Store, code: str, args: tuple[Any, ...], kwargs: Mapping[str, Any], *, fresh: bool = False) -> Any:
+        """As calling, with everything given; `fresh` computes even what is remembered."""
+        key = self.key(code, args, kwargs)
+        started = time.time()
+        if self.remember and not fresh and (known := store.recall(self.name, key)) is not None:
+            result, facts = known
+            told = {name: facts.get(name) for name in ("notes", "measures")}
+            emit(node=self.name, done=True, hit=True, start=started, seconds=time.time() - started, size=size_of(result), **told)
+            return result
+        emit(node=self.name, start=started)
+        with peak_memory() as peak, _running(self.name) as running, storage.using(store):
+            clock, work = time.perf_counter(), time.process_time()
+            result = self.function(*args, **dict(kwargs))
+            spent = {"seconds": time.perf_counter() - clock, "cpu": time.process_time() - work}
+            facts = {**spent, "peak": peak(), "notes": running.notes, "measures": running.measures}
+        if self.remember:
+            store.remember(self.name, key, result, {**facts, "start": started}, given=refs_within([args, kwargs]))
+        else:
+            store.share(storage.refs_in(result))
+        emit(node=self.name, done=True, hit=False, start=started, size=size_of(result), **facts)
+        return result
+
+
+def memo(*, remember: bool = True) -> Callable[[Callable[P, R]], Node[P, R]]:
+    """Make a function a `Node`.
+
+    Parameters
+    ----------
+    remember : False for what also depends on the machine and costs little: it runs every time
+    """
+
+    def wrap(function: Callable[P, R]) -> Node[P, R]:
+        return Node(function, remember)
+
+    return wrap
+
+
+class Bound:
+    """A node with what it needs in any process: the store, the event file's folder and the code's digest."""
+
+    def __init__(self, node: Node[Any, Any], store: Store, events: str, code: str, fresh: bool = False) -> None:
+        self._state = (node, store, events, code, fresh)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Bound, self._state
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """The node's result; its events go to the run.
+
+        Raises
+        ------
+        A2VError
+            This process has other code than the one that built the graph.
+        """
+        node, store, events, code, fresh = self._state
+        if node.code() != code:
+            raise A2VError(f"worker {platform.node()} has other code for '{node.name}' than this machine; install the same version there")
+        with events_in(events):
+            return node.call(store, code, args, kwargs, fresh=fresh)
+
+    def as_function(self) -> Callable[..., Any]:
+        """A function with the node's own name, signature and annotations, which is what pipefunc reads."""
+        bound = self
+
+        @functools.wraps(bound._state[0].function)
+        def call(*args: Any, **kwargs: Any) -> Any:
+            return bound(*args, **kwargs)
+
+        return call
+
+
+def _find(module: str, name: str) -> Any:
+    return functools.reduce(getattr, name.split("."), cast(Any, importlib.import_module(module)))
+
+
+def plain(value: Any) -> Any:
+    """`value` as fresh lists, dictionaries and arrays, so that equal values hash alike whatever objects they share."""
+    if isinstance(value, Ref | File):
+        return [type(value).__name__, value.digest]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value) if item.compare}
+        return [type(value).__qualname__, fields]
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return ["array", list(value.shape), [plain(item) for item in value.ravel().tolist()]]
+    if isinstance(value, np.ma.MaskedArray):  # pipefunc hands over a fully computed axis as one
+        return plain(np.asarray(value))
+    if isinstance(value, np.ndarray):
+        return np.ascontiguousarray(value)
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if value is None or isinstance(value, str | bytes | bool | int | float):
+        return value
+    if isinstance(value, os.PathLike):
+        raise TypeError(f"the path {os.fspath(value)} cannot be part of a key; pass File.of(path)")
+    raise TypeError(f"{type(value).__name__} cannot be part of a key; pass refs, files, arrays, numbers, text or dataclasses of them")
+
+
+def refs_within(value: Any) -> Iterator[Ref[Any]]:
+    """Every ref in what `plain` takes apart."""
+    if isinstance(value, Ref):
+        yield value
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        for item in dataclasses.fields(value):
+            yield from refs_within(getattr(value, item.name))
+    elif isinstance(value, Mapping):
+        for item in value.values():
+            yield from refs_within(item)
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from refs_within(item)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        yield from refs_within(value.ravel().tolist())
+
+
+def size_of(result: Any) -> list[int]:
+    """Shape of a list or array of refs; empty for a single result."""
+    if isinstance(result, list):
+        return [len(result)]
+    return list(result.shape) if isinstance(result, np.ndarray) else []
+
+
+# --- what a running node tells
+
+_events: contextvars.ContextVar[str] = contextvars.ContextVar("events", default="")
+_node: contextvars.ContextVar[_Running | None] = contextvars.ContextVar("node", default=None)
+
+
+@dataclasses.dataclass
+class _Running:
+    name: str
+    notes: list[str] = dataclasses.field(default_factory=list)
+    measures: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+
+@contextlib.contextmanager
+def _running(name: str) -> Iterator[_Running]:
+    running = _Running(name)
+    token = _node.set(running)
+    try:
+        yield running
+    finally:
+        _node.reset(token)
+
+
+@contextlib.contextmanager
+def events_in(folder: str) -> Iterator[None]:
+    """Within the block, what nodes report goes to files in `folder`."""
+    token = _events.set(folder)
+    try:
+        yield
+    finally:
+        _events.reset(token)
+
+
+def emit(**event: Any) -> None:
+    """Append one line to this process's event file of the run; nothing outside of a run."""
+    if folder := _events.get():
+        with contextlib.suppress(OSError), open(os.path.join(folder, f"{os.getpid()}.jsonl"), "a", encoding="utf-8") as stream:  # noqa: PTH118
+            stream.write(json.dumps(event) + "\n")
+
+
+def note(text: str) -> None:
+    """Tell the user something about the result (kept with it, so a remembered result says it again)."""
+    running = _node.get()
+    if running is not None and text not in running.notes:
+        running.notes.append(text)
+
+
+def measure(values: Mapping[str, Any]) -> None:
+    """Record numbers about the result, such as residuals, for the report (kept with it)."""
+    running = _node.get()
+    if running is not None:
+        running.measures.update(_json(values))
+
+
+def _json(value: Any) -> Any:
+    """`value` as what JSON holds, numbers with six significant digits."""
+    if isinstance(value, Mapping):
+        return {str(key): _json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [_json(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.6g}")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def progress() -> Progress:
+    """A `Progress` for the long work of the running node; the run draws it as a bar."""
+    running = _node.get()
+    name, last = (running.name if running else ""), [0.0]
+
+    def report(done: int, total: int) -> None:
+        now = time.monotonic()
+        if now - last[0] > 0.2 or done >= total:
+            last[0] = now
+            emit(node=name, progress=[int(done), int(total)])
+
+    return report
+
+
+@contextlib.contextmanager
+def peak_memory() -> Iterator[Callable[[], int]]:
+    """Yield a function that tells the process's highest resident memory since, in bytes."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # Linux: starts the high-water mark anew
+
+    def peak() -> int:
+        try:
+            for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
+                if line.startswith("VmHWM:"):
+                    return int(line.split()[1]) * 1024
+        except OSError:
+            pass
+        import resource
+
+        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return used if sys.platform == "darwin" else used * 1024
+
+    yield peak

@@ -1,0 +1,267 @@
+"""Bars with time left, drawn from what the nodes tell (`pipelines.engine.memo.emit`), wherever they run."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import timedelta
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from a2v.io import printable
+from pipelines.engine.graph import Graph
+
+
+@dataclass
+class NodeStats:
+    """What one node did in a run.
+
+    Attributes
+    ----------
+    calls, cached : int
+        How often its result was asked for, and how often it was remembered.
+    seconds, cpu_seconds : float
+        Time computing by the clock, and processor time of all threads; summed over workers.
+    span : tuple of 2 float
+        First start and last end, seconds since the epoch.
+    peak_memory : int
+        Highest resident memory of a process during a call, bytes.
+    notes : list of str
+        What it told the user.
+    measures : dict
+        Numbers about its result, such as residuals; of the last call.
+    """
+
+    calls: int = 0
+    cached: int = 0
+    seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    span: tuple[float, float] = (float("inf"), 0.0)
+    peak_memory: int = 0
+    notes: list[str] = field(default_factory=list)
+    measures: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Update:
+    """How far a node is.
+
+    Attributes
+    ----------
+    node : str
+    done, total : int
+        Finished calls of the node and how many there will be; `total` is 0 while that is unknown.
+    part : float
+        Share of the running call that is done, 0 to 1.
+    """
+
+    node: str
+    done: int
+    total: int
+    part: float = 0.0
+
+
+Listener = Callable[[Update], None]
+
+
+class Monitor:
+    """Collects the events of a run and passes them on; reads only what is new."""
+
+    def __init__(self, graph: Graph, folder: Path, listener: Listener | None) -> None:
+        self.stats: dict[str, NodeStats] = {}
+        self._folder, self._listener = folder, listener
+        self._steps = {step.node.name: step for step in graph}
+        self._read: dict[str, int] = {}
+        self._sizes: dict[str, int] = {}
+        self._polling = threading.Lock()
+
+    def poll(self) -> None:
+        """Take in the events since the last poll; from any thread."""
+        with self._polling:
+            self._poll()
+
+    def _poll(self) -> None:
+        for entry in sorted(self._folder.glob("*.jsonl")):
+            with open(entry, "rb") as stream:
+                stream.seek(self._read.get(entry.name, 0))
+                data = stream.read()
+            whole = data[: data.rfind(b"\n") + 1]  # a line may be half-written
+            self._read[entry.name] = self._read.get(entry.name, 0) + len(whole)
+            for line in whole.splitlines():
+                with contextlib.suppress(ValueError, KeyError, TypeError, AttributeError):  # no event of ours
+                    self._take(json.loads(line))
+
+    def _take(self, event: Mapping[str, Any]) -> None:
+        name = event["node"]
+        step = self._steps.get(name)
+        if step is None:
+            return
+        stats = self.stats.setdefault(name, NodeStats())
+        part = 0.0
+        if "progress" in event:
+            done, total = event["progress"]
+            part = done / max(total, 1)
+        elif event.get("done"):
+            stats.calls += 1
+            stats.cached += bool(event["hit"])
+            stats.seconds += 0.0 if event["hit"] else event["seconds"]
+            stats.cpu_seconds += event.get("cpu", 0.0)
+            stats.span = (min(stats.span[0], event["start"]), max(stats.span[1], event["start"] + event["seconds"]))
+            stats.peak_memory = max(stats.peak_memory, event.get("peak", 0))
+            stats.notes += [text for text in event["notes"] or [] if text not in stats.notes]
+            stats.measures |= event["measures"] or {}
+            self._sizes |= dict(zip(step.axes, event["size"], strict=False))
+        if self._listener is not None:
+            total = prod(self._sizes.get(axis, 0) for axis in step.axes) if step.fans_out else 1
+            self._listener(Update(name, stats.calls, total, part))
+
+
+@contextlib.contextmanager
+def watching(monitor: Monitor, interval: float = 0.2) -> Iterator[None]:
+    """Poll `monitor` in a thread while the block runs, and once more after it."""
+    stop = threading.Event()
+
+    def watch() -> None:
+        while not stop.wait(interval):
+            monitor.poll()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        monitor.poll()
+
+
+def about(left: float | None) -> str:
+    """The time left as it is shown, with a comma before it; nothing where it is unknown."""
+    return "" if left is None else f", about {timedelta(seconds=round(left))} left"
+
+
+class Pace:
+    """Time left, foretold from when calls ended; the first ones, in which workers start and build their scenes, don't count."""
+
+    def __init__(self, skip: int = 4) -> None:
+        self._skip = skip
+        self._from: tuple[int, float] | None = None
+
+    def left(self, done: int, total: int, now: float) -> float | None:
+        """Seconds until `total` calls are done when `done` are at time `now`; None while that is unknown."""
+        if self._from is None:
+            if done >= self._skip:
+                self._from = done, now
+            return None
+        calls, since = self._from
+        return None if done <= calls else (now - since) / (done - calls) * max(total - done, 0)
+
+
+class Bars:
+    """A tqdm bar a node on standard error, with the time left; plain lines where it is no terminal."""
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._bars: dict[str, Any] = {}
+        self._quiet = quiet
+        self._said: dict[str, float] = {}
+        self._paces: dict[str, Pace] = {}
+
+    def __call__(self, update: Update) -> None:
+        """Draw an update."""
+        if self._quiet or (update.total == 0 and update.done == 0):
+            return
+        left = None if update.part else self._paces.setdefault(update.node, Pace()).left(update.done, update.total, time.monotonic())
+        if not sys.stderr.isatty() and "JPY_PARENT_PID" not in os.environ:
+            self._line(update, left)
+            return
+        from tqdm.auto import tqdm
+
+        bar = self._bars.get(update.node)
+        if bar is None:
+            form = "{desc:<12} {percentage:3.0f}% |{bar}| {n:.4g}/{total_fmt} {elapsed}{postfix}"
+            bar = self._bars[update.node] = tqdm(total=max(update.total, 1), desc=update.node, bar_format=form, leave=True, mininterval=0.2)
+        bar.set_postfix_str(about(left).removeprefix(", "), refresh=False)
+        bar.total = max(update.total, 1)
+        bar.n = min(update.done + update.part * (update.done < bar.total), bar.total)
+        bar.refresh()
+
+    def _line(self, update: Update, left: float | None) -> None:
+        now = time.monotonic()
+        if update.done and update.done == update.total and self._said.get(update.node) != -1.0:
+            self._said[update.node] = -1.0
+            print(f"{update.node}: {update.done}/{update.total}", file=sys.stderr, flush=True)
+        elif update.done < update.total and update.done and now - self._said.setdefault(update.node, now) > 10:
+            self._said[update.node] = now
+            print(f"{update.node}: {update.done}/{update.total}{about(left)}", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Leave the bars as they are."""
+        for bar in self._bars.values():
+            bar.close()
+
+
+class Lasting:
+    """One line on standard error for something long whose end is foretold: how much is done and the time left for the whole."""
+
+    def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
+        self._name, self._total, self._quiet = name, total, quiet
+        self._said = 0.0
+        self._live = sys.stderr.isatty()
+
+    def __enter__(self) -> Lasting:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live and not self._quiet and self._said:
+            print(file=sys.stderr)
+
+    def update(self, done: int, seconds: float, more: str = "") -> None:
+        """Say how far it is, at most once a second (without a terminal once in ten)."""
+        now = time.monotonic()
+        if self._quiet or now - self._said < (1.0 if self._live else 10.0):
+            return
+        self._said = now
+        text = f"{self._name}: {done}/{self._total}, about {timedelta(seconds=round(seconds))} left" + (f" ({more})" if more else "")
+        print(f"\r{text:<100}" if self._live else text, end="" if self._live else "\n", file=sys.stderr, flush=True)
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        if not self._quiet:
+            print(f"\r{printable(text):<100}" if self._live else printable(text), file=sys.stderr, flush=True)
+
+
+def memory_of_family() -> int:
+    """Resident memory of this process and of all below it, bytes (pages that they share count in each)."""
+    import psutil
+
+    total = 0
+    me = psutil.Process()
+    for process in [me, *me.children(recursive=True)]:
+        with contextlib.suppress(psutil.Error):
+            total += process.memory_info().rss
+    return total
+
+
+@contextlib.contextmanager
+def peak_family_memory(interval: float = 0.5) -> Iterator[Callable[[], int]]:
+    """Yield a function that tells the highest `memory_of_family` seen since, sampled."""
+    stop, highest = threading.Event(), [memory_of_family()]
+
+    def sample() -> None:
+        while not stop.wait(interval):
+            highest[0] = max(highest[0], memory_of_family())
+
+    thread = threading.Thread(target=sample, daemon=True)
+    thread.start()
+    try:
+        yield lambda: highest[0]
+    finally:
+        stop.set()
+        thread.join()

@@ -1,0 +1,185 @@
+"""Run a graph: the same call for the command line, notebooks and tests."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from a2v.errors import A2VError, InputError
+from a2v.io import printable
+from pipelines.engine.executors import ExecutorName, SerialExecutor, open_executor
+from pipelines.engine.graph import Graph, build, check_names, downstream_of, inputs_of, needed_for, outputs_of
+from pipelines.engine.memo import events_in
+from pipelines.engine.progress import Listener, Monitor, NodeStats, peak_family_memory, watching
+from pipelines.engine.store import LostObjectError, R, Ref, Store
+
+ATTEMPTS = 3
+"""Runs are repeated this often when a worker dies or a stored value is lost; what was finished is remembered."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gave.
+
+    Attributes
+    ----------
+    values : dict
+        Ref, or list or object array of refs, of every output that was computed or recalled.
+    nodes : dict
+        `NodeStats` of every node that was asked.
+    seconds : float
+    peak_memory : int
+        Highest resident memory of all processes together, bytes.
+    store : Store
+    """
+
+    values: Mapping[str, Any]
+    nodes: Mapping[str, NodeStats]
+    seconds: float
+    peak_memory: int
+    store: Store
+
+    def get(self, name: str, kind: type[R]) -> R:
+        """Load the value of output `name`."""
+        ref: Ref[R] = self.values[name]
+        return self.store.get(ref, kind)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the nodes told the user."""
+        return tuple(dict.fromkeys(printable(text) for stats in self.nodes.values() for text in stats.notes))
+
+
+def run(
+    target: str | Sequence[str],
+    *,
+    graph: Graph,
+    executor: ExecutorName | Executor = "local",
+    workers: int | None = None,
+    address: str | None = None,
+    store: Store | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    fresh: Collection[str] = (),
+    start: str | None = None,
+    progress: Listener | None = None,
+    early: Early | None = None,
+    **params: Any,
+) -> Outcome:
+    """Compute `target` and only what it needs; what is remembered is not computed again.
+
+    Parameters
+    ----------
+    target : name of an output, or several
+    graph : the steps
+    executor : where fanned-out nodes run; "local", "dask", "ray", "serial" or an executor of your own
+    workers, address : see `open_executor`
+    store : where values are kept; the default folder if None
+    overrides : outputs given from outside, by name; the steps that make them are dropped
+    fresh : outputs that are computed even when they are remembered
+    start : output that is computed anew with everything that depends on it
+    progress : called with an `Update` as nodes go on
+    early : outputs that are computed first, in this order, each with what is called with the outcome so far as soon as it is there
+    params : the graph's inputs
+
+    Raises
+    ------
+    InputError
+        An unknown target, parameter or override (it names the nearest), or a missing parameter; and what nodes raise.
+    """
+    store, overrides = store or Store(), dict(overrides or {})
+    targets = (target,) if isinstance(target, str) else tuple(target)
+    known = outputs_of(graph)
+    check_names(graph, [*targets, *(early or {}), *overrides, *fresh, *([start] if start else [])], known, "node")
+    check_names(graph, params, inputs_of(graph), "parameter")
+    early = early or {}
+    steps = needed_for(graph, [*targets, *early], overrides)
+    if missing := [name for name in inputs_of(steps) if name not in params and name not in overrides]:
+        raise InputError(f"{', '.join(targets)} needs the parameter{'s' * (len(missing) > 1)} {', '.join(missing)}; none was given")
+    anew = set(fresh) | (downstream_of(graph, start) if start else set())
+    inputs = {name: value for name, value in {**params, **overrides}.items() if name in inputs_of(steps)}
+    values: dict[str, Any] = {name: value for name, value in overrides.items() if name in targets}
+
+    clock = time.perf_counter()
+    with _event_folder(store) as events, peak_family_memory() as peak:
+        monitor = Monitor(graph, events, progress)
+        with watching(monitor):
+            for last in (*[False] * (ATTEMPTS - 1), True):
+                with _again(last), open_executor(executor, workers=workers, address=address) as pool:
+                    done = dict[str, Any]()  # what no later leg computes again
+                    for name, tell in early.items():
+                        leg = needed_for(graph, [name], {**overrides, **done})
+                        done |= _map(leg, {**inputs, **done}, pool, store, events, anew)
+                        monitor.poll()
+                        tell(Outcome({**overrides, **done}, monitor.stats, time.perf_counter() - clock, 0, store))
+                    done |= _map(needed_for(graph, targets, {**overrides, **done}), {**inputs, **done}, pool, store, events, anew)
+                    values |= done
+                    break
+        return Outcome(values, monitor.stats, time.perf_counter() - clock, peak(), store)
+
+
+Early = Mapping[str, Callable[[Outcome], None]]
+"""Outputs by name, and what is called as soon as they are there."""
+
+
+@contextlib.contextmanager
+def _again(last: bool) -> Iterator[None]:
+    """Pass over a worker that died and a value that was lost, unless it is the `last` attempt."""
+    try:
+        yield
+    except LostObjectError:
+        if last:
+            raise
+    except BrokenProcessPool:
+        if last:
+            raise A2VError(
+                f"a worker process was killed in each of {ATTEMPTS} attempts, most likely because the memory was used up; what was "
+                "finished is remembered: run again with fewer --workers or a smaller --size"
+            ) from None
+
+
+def _map(steps: Graph, known: Mapping[str, Any], pool: Executor, store: Store, events: Path, anew: Collection[str]) -> dict[str, Any]:
+    if not steps:
+        return {}
+    inputs = {name: known[name] for name in inputs_of(steps)}
+    pipeline = build(steps, store=store, events=str(events), fresh=anew)
+    here = SerialExecutor()  # single nodes run in this process with all its threads
+    executors: dict[Any, Executor] = {"": here}
+    for step in steps:
+        if step.fans_out:
+            executors[step.output] = pool
+    sizes = {"": 1} | {step.output: step.together(inputs) for step in steps if step.fans_out and step.together}
+    said = io.StringIO()  # where rich is installed, pipefunc prints how to debug before it raises a node's error
+    with contextlib.redirect_stdout(said):
+        results = pipeline.map(dict(inputs), executor=executors, storage="dict", chunksizes=sizes, show_progress=False, return_results=True)
+    print(said.getvalue(), end="")
+    return {name: results[name].output for name in results if name not in inputs}
+
+
+@contextlib.contextmanager
+def _event_folder(store: Store) -> Iterator[Path]:
+    """A new folder for the events of one run; folders that killed runs left a day ago are removed."""
+    parent = store.folder / "runs"
+    store.prepare()
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        folder = Path(tempfile.mkdtemp(dir=parent))
+    except OSError as error:
+        raise InputError(f"cannot write the store {store.folder}: {error.strerror}; choose another with --cache or A2V_CACHE") from error
+    for old in parent.iterdir():
+        with contextlib.suppress(OSError):
+            if time.time() - old.stat().st_mtime > 86400:
+                shutil.rmtree(old)
+    try:
+        with events_in(str(folder)):
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

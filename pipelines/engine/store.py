@@ -1,0 +1,394 @@
+"""The store: values named by their content, in one folder that every worker sees, or in an object store with a folder in front.
+
+A value is written once as ``objects/ab/cdef….npz``, named by the digest of its bytes; what passes between
+nodes is a `Ref`, 40 characters, so keys hash in microseconds and clusters ship no meshes. ``calls/`` remembers which
+call gave which refs (`pipelines.engine.memo`). Two runs may share a folder: a file appears under its name only when it is
+complete, and equal content has an equal name.
+
+Where the store's address is a URL (`pipelines.engine.remote`), each machine has a folder of its own in front of it. A value goes to the object store
+with the record of the call that gave it; it comes back where it is missing, and its digest is checked on arrival.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import hashlib
+import json
+import os
+import time
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from a2v.errors import A2VError, InputError
+from a2v.io import atomic_path, read_bytes, user_cache_folder
+from a2v.record import Record
+from pipelines.engine.remote import Remote, is_remote
+from pipelines.engine.trust import folders_that_others_reach, is_shared, others_who_write
+
+T = TypeVar("T")
+R = TypeVar("R", bound=Record)
+
+MAX_CALL_BYTES = 64 << 20
+"""A longer record of a call is none."""
+IN_USE_SECONDS = 600.0
+"""`Store.trim` leaves what was read or written within this time to the runs that may be using it."""
+
+
+class LostObjectError(A2VError):
+    """A ref's file is missing or damaged; running again recomputes it."""
+
+
+@dataclass(frozen=True)
+class Ref(Generic[T]):
+    """Names a stored value of type T by the digest of its bytes (40 hex digits).
+
+    `source` is what messages call a user's file; it takes no part in equality or in keys.
+    """
+
+    digest: str
+    source: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        if len(self.digest) != 40 or not set(self.digest) <= set("0123456789abcdef"):
+            raise ValueError(f"'{self.digest}' is no digest")
+
+
+@dataclass(frozen=True)
+class File:
+    """A file that enters the pipeline by its content; the path takes no part in equality or in keys."""
+
+    path: str
+    digest: str
+
+    @classmethod
+    def of(cls, path: str | os.PathLike[str], *, limit: int = 1 << 30) -> File:
+        """Digest the file at `path`.
+
+        Raises
+        ------
+        InputError
+            It cannot be read, or is larger than `limit` bytes.
+        """
+        return cls(os.path.abspath(path), digest_of(read_bytes(path, limit=limit)))  # noqa: PTH100 (keeps symbolic links)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, File) and other.digest == self.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+def _object_key(ref: Ref[Any]) -> str:
+    return f"objects/{ref.digest[:2]}/{ref.digest[2:]}.npz"
+
+
+def digest_of(data: bytes) -> str:
+    """Forty hex digits of BLAKE2b."""
+    return hashlib.blake2b(data, digest_size=20).hexdigest()
+
+
+class Store:
+    """A folder of content-named values, and the object store behind it, if there is one.
+
+    Parameters
+    ----------
+    address : folder, URL of an object store, or None for the default folder
+    private : names of nodes whose results stay in this machine's folder
+
+    Attributes
+    ----------
+    folder : Path
+    remote : Remote or None
+    address : str
+        What makes the same store in another process.
+    """
+
+    def __init__(self, address: str | os.PathLike[str] | None = None, private: Collection[str] = ()) -> None:
+        self.remote = Remote(os.fspath(address)) if address is not None and is_remote(address) else None
+        if self.remote is not None:
+            self.folder = default_folder() / "copies" / digest_of(self.remote.url.encode())[:16]
+        else:
+            self.folder = Path(address) if address is not None else default_folder()
+        self.address = self.remote.url if self.remote is not None else str(self.folder.absolute())
+        self.private = frozenset(private)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Store, (self.address, self.private)
+
+    def prepare(self) -> None:
+        """Make the folder, for its user alone; of one that is there, check that nobody else can change what it remembers.
+
+        Results are believed, so whoever writes here decides what comes out. ``A2V_SHARED_STORE=1`` says that they are trusted.
+
+        Raises
+        ------
+        InputError
+            The folder, or one in it, belongs to another user or can be written by others.
+        """
+        with contextlib.suppress(OSError):  # whoever writes first says why it cannot be
+            self.folder.mkdir(mode=0o777 if is_shared() else 0o700, parents=True)
+        if is_shared() or not hasattr(os, "getuid"):
+            return
+        for part in folders_that_others_reach(self.folder):
+            with contextlib.suppress(OSError):  # not there yet, or not ours to look at
+                if others := others_who_write(part):
+                    raise InputError(
+                        f"the store {part} {others}, and what it remembers is believed; choose another with --cache or A2V_CACHE, "
+                        f"let only yourself write there (chmod go-w), or set A2V_SHARED_STORE=1 if you trust whoever can"
+                    )
+
+    def path(self, ref: Ref[Any]) -> Path:
+        """Where `ref` is or would be."""
+        return self.folder / "objects" / ref.digest[:2] / f"{ref.digest[2:]}.npz"
+
+    def put(self, record: R) -> Ref[R]:
+        """Store `record` and name it; a value already there is not written again.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be written or the disk is full.
+        """
+        data = record.to_bytes()
+        ref: Ref[R] = Ref(digest_of(data))
+        if not self.has(ref):
+            with self._writing(self.path(ref)) as temporary:
+                temporary.write_bytes(data)
+        return ref
+
+    @contextlib.contextmanager
+    def _writing(self, path: Path) -> Iterator[Path]:
+        try:
+            with atomic_path(path) as temporary:
+                yield temporary
+        except InputError as error:
+            raise InputError(
+                f"{str(error).partition(';')[0]}; free some space or choose another store with --cache or A2V_CACHE"
+            ) from error
+
+    def get(self, ref: Ref[R], kind: type[R]) -> R:
+        """Load what `put` stored.
+
+        Raises
+        ------
+        LostObjectError
+            The file is missing or damaged.
+        """
+        try:
+            return kind.load(self.local_path(ref))
+        except InputError as error:
+            raise LostObjectError(f"the stored {kind.__name__} {ref.digest[:8]} is gone or damaged ({error}); run again") from error
+
+    def has(self, ref: Ref[Any]) -> bool:
+        """Whether the value is there and whole (one that only the object store has: whether it is there); marks it as used."""
+        path = self.path(ref)
+        try:
+            good = digest_of(path.read_bytes()) == ref.digest
+            if good:
+                os.utime(path)
+        except OSError:
+            good = False
+        if good or self.remote is None:
+            return good
+        path.unlink(missing_ok=True)
+        return self.remote.exists(_object_key(ref))
+
+    def local_path(self, ref: Ref[Any]) -> Path:
+        """Where `ref` is on this machine, fetched if it is missing; a damaged object is removed from the object store.
+
+        Raises
+        ------
+        LostObjectError
+            The object store does not have it either, or has it damaged.
+        """
+        path = self.path(ref)
+        if self.remote is None or path.exists():
+            return path
+        data = self.remote.fetch(_object_key(ref))
+        if data is None or digest_of(data) != ref.digest:
+            if data is not None:
+                self.remote.remove(_object_key(ref))
+            raise LostObjectError(f"the stored value {ref.digest[:8]} {'is gone' if data is None else 'arrived damaged'}; run again")
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(data)
+        return path
+
+    def share(self, refs: Iterable[Ref[Any]]) -> None:
+        """Send what the object store lacks to it; nothing where there is none."""
+        if self.remote is None:
+            return
+        for ref in refs:
+            if not self.remote.exists(_object_key(ref)):
+                self.remote.put(_object_key(ref), self.local_path(ref).read_bytes())
+
+    # --- what calls gave
+
+    def _call(self, node: str, key: str) -> Path:
+        where = f"{node}@here" if node in self.private else node
+        return self.folder / "calls" / where / key[:2] / f"{key[2:]}.json"
+
+    def _call_key(self, node: str, key: str) -> str:
+        return self._call(node, key).relative_to(self.folder).as_posix()
+
+    def recall(self, node: str, key: str) -> tuple[Any, dict[str, Any]] | None:
+        """The remembered (result, facts) of a call, or None where it is unknown or any of its values is gone."""
+        path = self._call(node, key)
+        if self.remote is not None and node not in self.private and not path.exists():
+            data = self.remote.fetch(self._call_key(node, key))
+            if data is not None and len(data) <= MAX_CALL_BYTES:
+                with atomic_path(path) as temporary:
+                    temporary.write_bytes(data)
+        try:
+            record = json.loads(read_bytes(path, limit=MAX_CALL_BYTES))
+            if record.pop("call") != [node, key]:  # moved here from another call
+                return None
+            result = decode(record.pop("result"))
+            record.pop("given", None)
+            _check_facts(record)
+            os.utime(path)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            return None
+        return (result, record) if all(self.has(ref) for ref in refs_in(result)) else None
+
+    def remember(self, node: str, key: str, result: Any, facts: dict[str, Any], *, given: Iterable[Ref[Any]]) -> None:
+        """Record that the call `key` of `node` gave `result` (refs, and lists or arrays of them).
+
+        `given` are the refs among its arguments, by which `pipelines.engine.forget` finds what depends on a photo.
+        """
+        digests = sorted({ref.digest for ref in given})
+        with self._writing(self._call(node, key)) as temporary:
+            temporary.write_text(json.dumps({"call": [node, key], "result": _encode(result), "given": digests, **facts}), encoding="utf-8")
+        if self.remote is not None and node not in self.private:
+            self.share(refs_in(result))  # before the record that names them
+            self.remote.put(self._call_key(node, key), self._call(node, key).read_bytes())
+
+    # --- housekeeping
+
+    def usage(self) -> dict[str, tuple[int, int]]:
+        """Number of files and bytes of ``objects`` and of each node's calls."""
+        found: dict[str, tuple[int, int]] = {}
+        for name, pattern in [
+            ("objects", "objects"),
+            *((f"calls/{p.name}", f"calls/{p.name}") for p in sorted(self.folder.glob("calls/*"))),
+        ]:
+            sizes = [entry.stat().st_size for entry in (self.folder / pattern).rglob("*") if entry.is_file()]
+            found[name] = (len(sizes), sum(sizes))
+        return found
+
+    def trim(self, limit: int, *, everything: bool = False) -> int:
+        """Remove the values used longest ago until at most `limit` bytes are left; returns the bytes removed.
+
+        What was used within `IN_USE_SECONDS` stays unless `everything`. A removed value is recomputed when it is needed.
+        """
+        entries = []
+        for entry in (self.folder / "objects").rglob("*"):
+            with contextlib.suppress(OSError):
+                if entry.is_file():
+                    entries.append((entry.stat().st_mtime, entry.stat().st_size, entry))
+        total, removed, now = sum(size for _, size, _ in entries), 0, time.time()
+        for used, size, entry in sorted(entries, key=lambda item: item[0]):
+            if total - removed <= limit or (now - used < IN_USE_SECONDS and not everything):
+                break
+            with contextlib.suppress(OSError):
+                entry.unlink()
+                removed += size
+        if everything:
+            for entry in (self.folder / "calls").rglob("*.json"):
+                entry.unlink(missing_ok=True)
+        return removed
+
+
+def default_folder() -> Path:
+    """``$A2V_CACHE``, else ``a2v`` in the user's cache folder."""
+    if given := os.environ.get("A2V_CACHE"):
+        return Path(given)
+    folder = user_cache_folder()
+    if folder is None:
+        raise InputError("there is no home folder to remember results in; choose a folder with --cache or A2V_CACHE")
+    return folder
+
+
+def refs_in(value: Any) -> Iterator[Ref[Any]]:
+    """Every ref inside lists, tuples and object arrays."""
+    if isinstance(value, Ref):
+        yield value
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from refs_in(item)
+    elif isinstance(value, np.ndarray):
+        for item in value.ravel().tolist():
+            yield from refs_in(item)
+
+
+def _check_facts(facts: dict[str, Any]) -> None:
+    """Raise TypeError unless these are a call's facts: numbers, notes as text, measures by name."""
+    notes, measures = facts.get("notes") or [], facts.get("measures") or {}
+    numbers = [facts.get(name, 0.0) for name in ("seconds", "cpu", "peak", "start")]
+    if (
+        not isinstance(notes, list)
+        or not all(isinstance(text, str) for text in notes)
+        or not isinstance(measures, dict)
+        or not all(isinstance(value, int | float) for value in numbers)
+    ):
+        raise TypeError("no facts of a call")
+
+
+def _encode(value: Any) -> Any:
+    if isinstance(value, Ref):
+        return {"ref": value.digest}
+    if isinstance(value, tuple):
+        return {"tuple": [_encode(item) for item in value]}
+    if isinstance(value, list):
+        return {"list": [_encode(item) for item in value]}
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return {"array": [_encode(item) for item in value.ravel().tolist()], "shape": list(value.shape)}
+    raise TypeError(f"a node returned {type(value).__name__}; expected refs, or lists, tuples or object arrays of refs")
+
+
+def decode(value: dict[str, Any]) -> Any:
+    """Refs, and lists, tuples and object arrays of them, out of a record."""
+    if "ref" in value:
+        return Ref(value["ref"])
+    if "tuple" in value:
+        return tuple(decode(item) for item in value["tuple"])
+    if "list" in value:
+        return [decode(item) for item in value["list"]]
+    array = np.empty(len(value["array"]), dtype=object)
+    array[:] = [decode(item) for item in value["array"]]
+    return array.reshape(value["shape"])
+
+
+# --- the store of the running node: set around every call, so nodes say `get(ref, Kind)` and `put(value)`
+
+_current: contextvars.ContextVar[Store | None] = contextvars.ContextVar("store", default=None)
+
+
+def current() -> Store:
+    """The store in use: that of the running node, else the default one."""
+    return _current.get() or Store()
+
+
+@contextlib.contextmanager
+def using(place: Store | str | os.PathLike[str] | None) -> Iterator[Store]:
+    """Make a store, by itself or its address, the current one inside the block (None: the default folder)."""
+    store = place if isinstance(place, Store) else Store(place)
+    token = _current.set(store)
+    try:
+        yield store
+    finally:
+        _current.reset(token)
+
+
+def put(record: R) -> Ref[R]:
+    """Store `record` in the current store."""
+    return current().put(record)
+
+
+def get(ref: Ref[R], kind: type[R]) -> R:
+    """Load `ref` from the current store as a `kind`."""
+    return current().get(ref, kind)

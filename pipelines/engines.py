@@ -1,0 +1,87 @@
+"""Options of what game engines want beside a character's file: coarser copies and compression, and the files that they make."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from a2v.animation import EngineSettings, engine_ready
+from a2v.errors import InputError
+from a2v.formats.gltf import compress_glb, demand_compression
+from a2v.types import Character
+from pipelines.options import option
+
+COMPRESSED_QUALITY = 85
+"""Of the pictures in compressed files, per cent of JPEG."""
+QUALITY = 92
+"""Of the pictures in others."""
+
+Write = Callable[[Path, Character, int], None]
+"""Writes a character to a .glb with pictures of a quality."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineOptions:
+    """Copies for other distances, and smaller files."""
+
+    lods: str = option("further .glb files beside it of so many triangles each, with commas (NAME_lod1.glb...)", default="")
+    compress: str = option(
+        "smaller .glb by npm's glTF Transform: meshopt, or draco (the shape alone)", default="none", choices=("none", "meshopt", "draco")
+    )
+
+    @property
+    def plain(self) -> bool:
+        """Whether nothing of it is asked for."""
+        return not self.lods and self.compress == "none"
+
+    def check(self, path: Path) -> None:
+        """Refuse what cannot be, before minutes are spent.
+
+        Raises
+        ------
+        InputError
+            Another kind of file than .glb, or bad numbers.
+        MissingDependencyError
+            What compresses is not installed.
+        """
+        if self.plain:
+            return
+        if path.suffix.lower() != ".glb":
+            raise InputError(f"--lods and --compress are of .glb files; {path} is another kind")
+        self.levels()
+        if self.compress != "none":
+            demand_compression()
+
+    def levels(self) -> list[int]:
+        """Triangles of the copies.
+
+        Raises
+        ------
+        InputError
+            No numbers.
+        """
+        parts = [part.strip() for part in self.lods.split(",") if part.strip()]
+        if bad := [part for part in parts if not part.isdigit()]:
+            raise InputError(f"--lods has '{bad[0]}'; expected numbers of triangles with commas, such as 15000,8000")
+        return [EngineSettings(triangles=int(part)).triangles for part in parts]
+
+    def write(self, path: Path, character: Character, write: Write) -> list[Path]:
+        """Write a character and its coarser copies; returns the paths, the first one's first."""
+        quality = QUALITY if self.compress == "none" else COMPRESSED_QUALITY
+        written = []
+        for number, triangles in enumerate([0, *self.levels()]):
+            target = path if not number else path.with_name(f"{path.stem}_lod{number}{path.suffix}")
+            made = character if not number else coarser(character, triangles)
+            write(target, made, quality)
+            if self.compress != "none":
+                compress_glb(target, self.compress)
+            written.append(target)
+        return written
+
+
+def coarser(character: Character, triangles: int) -> Character:
+    """A copy of fewer triangles with the same textures: the normal map of the finer one goes on where it has one."""
+    small = engine_ready(character, EngineSettings(triangles=triangles, normal_map=0, texture=4096))
+    return dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=character.surface.normal_map))

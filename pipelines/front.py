@@ -1,0 +1,235 @@
+"""a2v in Python: a person out of a photo, motions, and videos of them. ``import a2v`` offers what is here, and imports it when it is used.
+
+This module stands above all layers: it is the one that both the library's name and the commands lead to. Requests, defaults, store and results are
+those of the commands (`pipelines.requests`, `pipelines.commands`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from a2v.errors import InputError
+from a2v.formats.registry import write_motion
+from a2v.types import Character, Motion
+from pipelines.commands import character as character_command
+from pipelines.commands import motion as motion_command
+from pipelines.commands import video as video_command
+from pipelines.engine.progress import Listener
+from pipelines.engine.store import Store
+from pipelines.engines import EngineOptions
+from pipelines.inputs import RunOptions, check_writable
+from pipelines.outputs import made_motion, write_blob
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import MotionRequest
+from pipelines.requests.person import PersonRequest
+from pipelines.requests.video import Resolved, VideoRequest
+from pipelines.rigs import RigOptions
+
+Where = str | os.PathLike[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Running(RunOptions):
+    """How the front door runs a graph: as the commands do, but quietly unless somebody listens."""
+
+    quiet: bool = True
+    listener: Listener | None = None
+
+    @classmethod
+    def of(cls, progress: bool | Listener, cache: Where | None = None, workers: int | None = None) -> _Running:
+        """Bars for True, silence for False, else whoever listens."""
+        listener = None if isinstance(progress, bool) else progress
+        return cls(quiet=progress is not True, listener=listener, cache=None if cache is None else os.fspath(cache), workers=workers)
+
+    @contextlib.contextmanager
+    def listening(self) -> Iterator[Listener]:
+        """The listener, or bars."""
+        if self.listener is not None:
+            yield self.listener
+            return
+        with super().listening() as bars:
+            yield bars
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionClip:
+    """What `make_motion` gives: a motion, and what it was asked for by.
+
+    Attributes
+    ----------
+    request : MotionRequest
+        What was asked for.
+    motion : Motion
+        The joints, as ``a2v motion`` writes them.
+    understood : tuple of str
+        What the words of the action were taken for, a line a part that is not an action's own name.
+    """
+
+    request: MotionRequest
+    motion: Motion = field(repr=False)
+    understood: tuple[str, ...] = ()
+
+    def save(self, path: Where) -> Path:
+        """Write it as ``a2v motion --out`` does: ``.npz``, ``.bvh``, or stick figures as ``.mp4``, ``.gif``, ``.png``.
+
+        Raises
+        ------
+        InputError
+            No format has such a name, or the file cannot be written.
+        """
+        check_writable(Path(path).parent)
+        return write_motion(path, self.motion, motion_command.FORMATS)[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Person:
+    """What `make_character` gives: a character, and what it was asked for by.
+
+    Attributes
+    ----------
+    request : PersonRequest
+        What was asked for.
+    character : Character
+        The surface with its body and its binding, as frames show it; files for other tools have fewer triangles (``triangles=0``: all).
+    notes : tuple of str
+        What was told of how it went: doubts about the photo, for instance.
+    running : RunOptions
+        Where it was made, and its videos will be.
+    """
+
+    request: PersonRequest
+    character: Character = field(repr=False)
+    notes: tuple[str, ...]
+    running: RunOptions = field(repr=False)
+
+    def save(
+        self,
+        path: Where,
+        motions: Mapping[str, MotionClip] | None = None,
+        *,
+        rig: str = RigOptions.rig,
+        root_motion: bool = False,
+        author: str = "",
+        licence_url: str = "",
+        **engines: str,
+    ) -> Path:
+        """Write the character with clips by name, as ``a2v character --out`` does (``a2v reconstruct`` without clips).
+
+        Parameters
+        ----------
+        path : path
+            ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
+        motions : mapping of MotionClip
+            By the names that the clips get in the file.
+        rig, root_motion, author, licence_url, engines : the options of ``a2v character``
+            Of `engines` ``lods="15000,8000"`` and ``compress="meshopt"``; triangles and texture are `make_character`'s.
+
+        Raises
+        ------
+        InputError
+            No format has such a name, something is asked for that it cannot hold, or the file cannot be written.
+        """
+        target, rigging = Path(path), RigOptions(rig=rig, root_motion=root_motion)
+        engine = EngineOptions(**engines)
+        engine.check(target)
+        avatar = character_command.avatar_of(target, rigging, author=author, licence_url=licence_url)
+        asked = {name: clip.request for name, clip in (motions or {}).items()}
+        if asked:
+            animated = character_command.animate(self.request, asked, self.running, deform=None, folder=target.parent)
+        else:
+            check_writable(target.parent)
+            outcome = self.running.run("exported", self.request.resolve(Store(self.running.cache)))
+            animated = character_command.Animated(character=outcome.get("exported", Character))
+        return character_command.write_animated(target, animated, rigging, engine, avatar)[0]
+
+
+def make_character(
+    photo: Where,
+    *,
+    progress: bool | Listener = False,
+    cache: Where | None = None,
+    workers: int | None = None,
+    **values: object,
+) -> Person:
+    """Make the character of the person in a photo.
+
+    Parameters
+    ----------
+    photo : path
+        The person, seen whole.
+    progress : bool or function of an `Update`
+        True draws bars on standard error; a function hears how far the stages are.
+    cache : path or None
+        The store; by default ``$A2V_CACHE``, else ``~/.cache/a2v``, as for the commands.
+    workers : int or None
+        Processes; one a core by default.
+    values : the options of ``a2v reconstruct`` by their names with underscores
+        ``mask="m.png"``, ``backend="body-prior"``, ``fit={"height": 1.6}``.
+
+    Raises
+    ------
+    InputError
+        An unknown name, a value or a file that cannot be used, or nobody is found in the photo.
+    """
+    request, running = PersonRequest.of(photo=photo, **values), _Running.of(progress, cache, workers)
+    outcome = running.run("character", request.resolve(Store(running.cache)))
+    return Person(request=request, character=outcome.get("character", Character), notes=outcome.notes, running=running)
+
+
+def make_motion(action: str = "", *, progress: bool | Listener = False, cache: Where | None = None, **values: object) -> MotionClip:
+    """Make a motion of what is done, in words, or read one from a file.
+
+    Parameters
+    ----------
+    action : str
+        "walk slowly, then wave"; an action's name, or words.
+    progress, cache : see `make_character`
+    values : the options of ``a2v video`` that are a motion's, by their names with underscores
+        ``seconds=6``, ``seed=4``, ``path="0,0 0,3"``, ``loop=True``; ``motion="dance.bvh"`` for a recorded one.
+
+    Raises
+    ------
+    InputError
+        An unknown name, words that mean no action (the nearest are named), or a value or a file that cannot be used.
+    """
+    request, running = MotionRequest.of(action=action, **values), _Running.of(progress, cache)
+    moving = request.resolve()
+    resolved = Resolved(parameters=moving.parameters, recorded=request.motion is not None, understood=moving.understood)
+    outcome = running.run("motion", resolved.parameters, graph=resolved.graph)
+    return MotionClip(request=request, motion=made_motion(outcome, request.edit), understood=resolved.understood)
+
+
+def make_video(person: Person, motion: MotionClip, path: Where, *, progress: bool | Listener = False, **values: object) -> Path:
+    """Make the video of a person in motion; gives its path.
+
+    Parameters
+    ----------
+    person, motion : what `make_character` and `make_motion` gave
+    path : path
+        An ``.mp4``: the views side by side. Without a suffix a folder, which gets everything that ``a2v video --out`` writes.
+    progress : see `make_character`
+    values : the options of ``a2v video`` that are the film's, by their names with underscores
+        ``views=("front", "turntable")``, ``size=720``, ``look="night"``, ``background="#30506f"``.
+
+    Raises
+    ------
+    InputError
+        An unknown name, a value that cannot be used, or the file cannot be written.
+    """
+    film, target = FilmRequest.of(**values), Path(path)
+    running = _Running.of(progress, person.running.cache, person.running.workers)
+    if not target.suffix:
+        options = video_command.Options(person=person.request, out=str(target), motion=motion.request, film=film, running=running)
+        return video_command.make(options, tell=lambda line: None).files[0]
+    if target.suffix.lower() != ".mp4":
+        raise InputError(f"cannot write {target}; expected a name that ends in .mp4, or a folder's for every file of a video")
+    if film.in_photo:
+        raise InputError("the photo's own place is a video beside the others; give a folder instead of an .mp4")
+    resolved = VideoRequest(person=person.request, motion=motion.request, film=film).resolve(Store(running.cache))
+    check_writable(target.parent)
+    outcome = running.run("video", resolved.parameters, graph=resolved.graph)
+    return write_blob(outcome, outcome.values["video"], target)

@@ -1,0 +1,178 @@
+"""``a2v evaluate moved``: characters from ordinary photographs, put into other poses beside the true people in the same poses."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from PIL import Image
+
+from a2v.errors import InputError
+from a2v.io import atomic_path, sha256
+from a2v.lab.evaluation.moved.cases import VERSION, MovedCase, open_moved_case
+from a2v.lab.evaluation.moved.measures import MovedSettings, compare_moved, move
+from a2v.lab.evaluation.moved.panels import MOVED_PANELS
+from a2v.lab.evaluation.moved.sheets import moved_rows
+from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
+from a2v.lab.evaluation.reconstruction.panels import Pin
+from a2v.lab.evaluation.reconstruction.pictures import stack_rows
+from a2v.types import Character, PhotoCamera, Subject
+from pipelines.answer import Answer
+from pipelines.bar import bar
+from pipelines.engine.store import Store
+from pipelines.inputs import RunOptions, check_writable
+from pipelines.lab.tables import table_path, table_result, write_table
+from pipelines.options import group, option
+from pipelines.requests.person import PersonStages
+
+HELP = (
+    "Measure characters that are moved: made from ordinary photographs of people whom nothing has seen, put into a T-pose and into motion."
+)
+EXAMPLES = """examples:
+  a2v evaluate moved --data ../shared/data --out moved.md
+  a2v evaluate moved --data ../shared/data --photos 8 --out moved.md                   the first eight photos of the panel
+  a2v evaluate moved --data ../shared/data --only 40001,40003 --out moved.md           these two
+  a2v evaluate moved --data ../shared/data --panel final --out docs/results/moved.md   other people, when the work is done
+
+Each person stands (or walks, sits, squats) as people do in photographs, hands on the body and feet together. The character that the pipeline
+makes of the photo is put by its skin into the T-pose and into six frames of motion of the true person's skeleton, beside that person in the same
+poses: each joint turns as the truth's does, lengths of bones are the character's own. OUT gets a table, OUT's .json every photo's values, OUT's
+.jpg the pictures: photo, T-pose from three sides, frames; the truth below. Finished photos are kept in a folder named like OUT, so that a run
+that was stopped goes on; another way to make the character adds its rows to the same table."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    data: str = option("folder with avatars/, motions/ and MakeHuman's archive")
+    panel: str = option("which photos", default="development", choices=tuple(MOVED_PANELS))
+    photos: int = option("at most so many of them, the first ones", default=20)
+    only: str = option("photos by their numbers, with commas; instead of --photos", default="")
+    label: str = option("what the table calls this way to make characters; the character's own name by default", default="")
+    sheet: int = option("photos on the picture sheet, 0 for none", default=20)
+    out: str = option("the .md to write; .json and .jpg lie beside it")
+    protocol: MovedSettings = group(MovedSettings)
+    stages: PersonStages = group(PersonStages)
+    running: RunOptions = group(RunOptions)
+
+    @property
+    def method(self) -> str:
+        """What the table calls the character."""
+        return self.label or str(getattr(self.stages, "character", "fused"))
+
+    @property
+    def pins(self) -> tuple[Pin, ...]:
+        """The photos.
+
+        Raises
+        ------
+        InputError
+            A number is none of the panel's.
+        """
+        pins = MOVED_PANELS[self.panel]
+        if not self.only:
+            return pins[: max(1, self.photos)]
+        known = {str(pin.index): pin for pin in pins}
+        asked = [number.strip() for number in self.only.split(",")]
+        if unknown := [number for number in asked if number not in known]:
+            raise InputError(f"photo '{unknown[0]}' is not in the panel {self.panel}; choose from {', '.join(known)}")
+        return tuple(known[number] for number in asked)
+
+
+def run(options: Options) -> Answer:
+    """Measure."""
+    out = table_path(options.out)
+    folder = check_writable(out.with_suffix(""))
+    outcomes = []
+    with bar("photos", "photo", hidden=options.running.quiet) as progress:
+        for done, pin in enumerate(options.pins, 1):
+            outcomes.append(_measure(options, pin, folder))
+            if outcomes[-1].failure:
+                print(f"photo {pin.index} failed: {outcomes[-1].failure}", file=sys.stderr)
+            progress(done, len(options.pins))
+    if all(outcome.failure for outcome in outcomes):
+        raise InputError(f"all {len(outcomes)} photos failed, the first one: {outcomes[0].failure}")
+    everything = _known(folder, options, {pin.index for pin in options.pins})
+    text = [
+        "# Moved people",
+        f"{len(options.pins)} photos of the panel {options.panel}; see docs/reconstruction.md. T: in T-pose; motion: the mean of six frames. "
+        "Distances after rigid alignment; torn: area of triangles with an edge over 4 cm that is over three times as long as where the character "
+        "was made; pictures unlit, four sides. Mean ± 95 % interval.",
+        moved_table(everything),
+        "## Photos",
+        photo_table(everything),
+    ]
+    content = {
+        "protocol": dataclasses.asdict(options.protocol) | {"panel": options.panel, "version": VERSION},
+        "photos": [dataclasses.asdict(outcome) for outcome in everything],
+    }
+    written = write_table(out, text, content)
+    _write_sheet(out.with_suffix(".jpg"), [_key(folder, outcome, ".png") for outcome in everything][: options.sheet])
+    return table_result(out, written, content)
+
+
+def _key(folder: Path, outcome: MovedOutcome, suffix: str) -> Path:
+    return folder / f"{outcome.index:06d}-{outcome.method}{suffix}"
+
+
+def _measure(options: Options, pin: Pin, folder: Path) -> MovedOutcome:
+    """What came of a photo; what is kept of the same character and protocol is not measured again."""
+    store = Store(options.running.cache)
+    case = open_moved_case(pin, options.data, folder.parent / "cases")
+    photo = _as_file(case, folder)
+    outcome = MovedOutcome(case.name, case.index, case.stance, options.method)
+    try:
+        made = options.running.run(["character", "subject", "photo_camera"], options.stages.with_photo(os.fspath(photo)).resolve(store))
+    except InputError as error:
+        return _keep(dataclasses.replace(outcome, failure=str(error)), folder, "")
+    key = sha256(json.dumps([made.values["character"].digest, dataclasses.asdict(options.protocol), VERSION]).encode())[:16]
+    path = _key(folder, outcome, ".json")
+    if path.exists() and (known := json.loads(path.read_text(encoding="utf-8")))["key"] == key:
+        return MovedOutcome(**known["outcome"])
+    character = made.get("character", Character)
+    moved = move(case, character, made.get("photo_camera", PhotoCamera), made.get("subject", Subject), options.protocol)
+    scores = compare_moved(case, moved, options.protocol)
+    outcome = dataclasses.replace(outcome, scores=scores, triangles=len(character.surface.faces))
+    with atomic_path(_key(folder, outcome, ".png")) as temporary:
+        cv2.imwrite(str(temporary), moved_rows(case, moved)[..., ::-1])
+    return _keep(outcome, folder, key)
+
+
+def _keep(outcome: MovedOutcome, folder: Path, key: str) -> MovedOutcome:
+    """Write an outcome down; one without a key is tried again the next time."""
+    with atomic_path(_key(folder, outcome, ".json")) as temporary:
+        temporary.write_text(json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8")
+    return outcome
+
+
+def _as_file(case: MovedCase, folder: Path) -> Path:
+    """The photo as a file, as a user would give it."""
+    path = folder.parent / "cases" / f"{case.index:06d}.png"
+    if not path.exists():
+        stream = io.BytesIO()
+        Image.fromarray(case.image).save(stream, format="PNG")
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(stream.getvalue())
+    return path
+
+
+def _known(folder: Path, options: Options, indices: set[int]) -> list[MovedOutcome]:
+    """Every kept outcome of these photos, of whatever character, by photo."""
+    found = [MovedOutcome(**json.loads(path.read_text(encoding="utf-8"))["outcome"]) for path in sorted(folder.glob("*.json"))]
+    return [outcome for outcome in found if outcome.index in indices]
+
+
+def _write_sheet(path: Path, pictures: Iterable[Path]) -> None:
+    rows = [np.asarray(cv2.imread(str(picture)))[..., ::-1] for picture in pictures if picture.exists()]
+    if rows:
+        with atomic_path(path) as temporary:
+            cv2.imwrite(str(temporary), stack_rows(rows)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])

@@ -1,0 +1,127 @@
+"""``a2v evaluate reconstruction``: measure reconstructions of people from photos against the truth."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+
+from a2v.errors import InputError
+from a2v.io import atomic_path
+from a2v.lab.evaluation.reconstruction import (
+    PANELS,
+    BenchmarkSettings,
+    Measured,
+    Method,
+    Outcome,
+    calibration,
+    evaluate_case,
+    fit_table,
+    group_table,
+    method_table,
+    open_case,
+    open_studio,
+    peak_memory,
+    report,
+    stack_rows,
+)
+from a2v.lab.studio.studio import Studio
+from a2v.reconstruction.backends import backend_digest
+from pipelines.answer import Answer
+from pipelines.bar import bar
+from pipelines.lab.tables import table_path, table_result, write_table
+from pipelines.options import group, option
+
+HELP = (
+    "Measure the reconstruction on synthetic photos of people whom no network has learned from: shape, silhouette, colours, time, memory."
+)
+EXAMPLES = """examples:
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --methods body-prior,body-prior:mirrored --views 7 --out table.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
+
+A method is a backend, or BACKEND:COLOURING for an ablation: mirrored (all that was not seen has the photo's colour at its pixel) or network
+(the backend's own colours alone). The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
+try changes on), report (other people in action, for final figures) and final (40 new photos of people whom no training sees, half in action:
+to be measured once) and phone (14 by near cameras, as telephones are held). --studio is a folder that a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
+Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a row for the truth and one for each method
+(photo or mask; front, left, back, right; front, left, back as clay). Finished photos are kept in a folder named like OUT: a run that was
+stopped goes on, and another method takes its own time only."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    data: str = option("folder with avatars/ and the motion data")
+    studio: str = option("folder of a2v studio")
+    methods: str = option(
+        "BACKEND or BACKEND:COLOURING, with commas", default="pifu,pifu:mirrored,pifu:network,body-prior,body-prior:mirrored"
+    )
+    weights: str = option("folder of reconstruction weights of one's own (a2v train reconstruction) for pifu", default="")
+    sheet: int = option("photos on the picture sheet, 0 for none", default=8)
+    memory: bool = option("measure each method's memory, in a process of its own", default=True)
+    out: str = option("the .md to write; .json and .jpg lie beside it")
+    protocol: BenchmarkSettings = group(BenchmarkSettings)
+
+
+def run(options: Options) -> Answer:
+    """Measure."""
+    out, protocol = table_path(options.out), options.protocol
+    methods = [Method.parse(name.strip(), options.weights) for name in options.methods.split(",")]
+    for method in methods:
+        backend_digest(method.backend, method.weights)  # weights that are missing are told now
+    studio = open_studio(options.studio, options.data, protocol.panel)
+    measured = Measured(out.with_suffix(""), studio, protocol)
+    outcomes = _measure(measured, studio, protocol, methods)
+    good = [outcome for outcome in outcomes if not outcome.failure]
+    if not good:
+        raise InputError(f"all {len(outcomes)} photos failed, the first one: {outcomes[0].failure}")
+    memory: dict[str, float] = {}
+    if options.memory:
+        first = next(pin for pin in PANELS[protocol.panel] if pin.index == good[0].index)
+        case = open_case(studio, first, measured.cases)
+        memory = {method.name: peak_memory(case, method, protocol) for method in methods}
+    text = [
+        "# Reconstruction",
+        f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
+        f"{'true' if protocol.true_mask else 'own'} masks, {protocol.size} rays a side. Mean ± 95 % interval; see docs/reconstruction.md. "
+        "Seconds are wall time, all of it with perception and fit; memory is that of a fresh process, photo to coloured surface.",
+        method_table(outcomes, memory),
+        "## The fit",
+        fit_table(outcomes),
+        calibration(outcomes),
+    ]
+    for method in methods:
+        if method.coloring == "ours":
+            text += [f"## {method.name}", *(group_table(outcomes, method.name, by) for by in ("pose", "identity", "outfit"))]
+    content = report(outcomes, memory, protocol, studio)
+    written = write_table(out, text, content)
+    if options.sheet:
+        sheet = stack_rows([measured.sheet(outcome.index, methods) for outcome in good[: options.sheet]])
+        with atomic_path(out.with_suffix(".jpg")) as temporary:
+            cv2.imwrite(str(temporary), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
+    return table_result(out, written, content)
+
+
+def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]) -> list[Outcome]:
+    """What came of every photo; those that `measured` has are not done again."""
+    outcomes: list[Outcome] = []
+    views = PANELS[protocol.panel][: protocol.views]
+    with bar("photos", "photo") as progress:
+        for done, pin in enumerate(views):
+            outcome = measured.load(pin.index, methods)
+            missing = [method for method in methods if outcome is None or method.name not in outcome.scores]
+            if missing:
+                result = evaluate_case(open_case(studio, pin, measured.cases), missing, protocol)
+                measured.save(result, missing)
+                outcome = outcome.with_others(result.outcome) if outcome else result.outcome
+            assert outcome is not None
+            if outcome.failure:
+                print(f"photo {pin.index} ({outcome.name}) failed: {outcome.failure}", file=sys.stderr)
+            outcomes.append(outcome)
+            progress(done + 1, len(views))
+    return outcomes

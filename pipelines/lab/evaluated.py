@@ -1,0 +1,73 @@
+"""What `a2v evaluate` measures: exported motion models, baselines, and recordings whose frames are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from a2v.errors import InputError
+from a2v.lab.datasets import ActionDataset, load_dataset
+from a2v.lab.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline
+from a2v.lab.evaluation.protocol import Generate, generator_of, generator_of_families
+from a2v.motion import MotionModel
+from pipelines.requests.motion import MODEL
+
+MODELS = f"{MODEL}, the baseline.pt of a2v train baseline, or {FIRST_FRAME} (a real first pose, then zeros)"
+"""What the option that names them says."""
+
+FINER = {"cmu": "cmu-fine"}
+"""Data sets whose models of finer actions can be measured under the coarser names."""
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A model that is measured: how it is sampled, the SHA-256 of its file, and the digest of the data that it learned from, if known."""
+
+    generate: Generate
+    digest: str
+    trained_on: str
+
+
+def open_models(names: Sequence[str], dataset: ActionDataset, data: str) -> dict[str, Evaluated]:
+    """Models by the name that the tables show; `data` holds the clips of `dataset`, for models of finer actions.
+
+    Raises
+    ------
+    InputError
+        One is missing or knows other joints or actions, unless they are finer ones of the same clips.
+    """
+    models: dict[str, Evaluated] = {}
+    for name in names:
+        path = Path(name)
+        kind, model = _opened(name, path, dataset, data)
+        shown = kind if name == FIRST_FRAME else f"{kind} ({path.name})"
+        if shown in models:  # such as runs/a/motion.onnx and runs/b/motion.onnx
+            shown = f"{kind} ({path.parent.name}/{path.name})"
+        if shown in models:
+            raise InputError(f"model '{name}' is given twice, or two models lie in folders of the same name; rename one")
+        models[shown] = model
+    return models
+
+
+def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[str, Evaluated]:
+    if name == FIRST_FRAME:
+        return "a real first pose, then zeros", Evaluated(first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest)
+    if path.suffix == ".pt":
+        from a2v.lab.motion.baselines.training import load_baseline
+
+        trained = load_baseline(path)
+        sizes = trained.model.sizes
+        if trained.actions != dataset.actions or (sizes.pose, sizes.frames) != (3 * dataset.skeleton.n_joints, dataset.length):
+            raise InputError(
+                f"baseline '{name}' knows other actions, joints or lengths than {dataset.name}; evaluate it on {trained.dataset}"
+            )
+        return trained.name, Evaluated(generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest)
+    model = MotionModel.load(name)
+    finer = model.card.dataset == FINER.get(dataset.name)
+    if (model.actions != dataset.actions and not finer) or model.card.joint_names != dataset.skeleton.joint_names:
+        raise InputError(f"model '{name}' knows other actions or joints than {dataset.name}; evaluate it on {model.card.dataset}")
+    generate = generator_of(model, dataset.length)
+    if finer:
+        generate = generator_of_families(model, load_dataset(model.card.dataset, data), dataset, dataset.length)
+    return model.card.decoder, Evaluated(generate, model.digest, model.card.dataset_digest or "")

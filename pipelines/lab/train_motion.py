@@ -1,0 +1,63 @@
+"""``a2v train motion``: the papers' VAE."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from a2v.lab.evaluation.classifier import load_evaluator
+from a2v.lab.evaluation.monitor import quick_scores
+from a2v.lab.motion.networks import VAESettings
+from a2v.lab.motion.training import TrainSettings, VAETraining, train
+from export.motion import export_motion
+from pipelines.answer import Answer
+from pipelines.lab.training import RESUMES, MotionModelOptions, training_bar
+from pipelines.options import group, option, settings
+
+HELP = "Train the papers' motion model, a VAE with one of four decoders."
+EXAMPLES = f"""examples:
+  a2v train motion --dataset cmu --data ../shared/data --out runs/cmu
+  a2v train motion --dataset humanact12 --data ../shared/data --out runs/lie --vae.decoder lie --iterations 20000 --threads 1
+  a2v train motion --dataset humanact12 --data ../shared/data --out runs/mine --evaluator classifier.tar     with a running FID
+
+OUT gets checkpoint.pt (every few minutes), log.csv and at the end motion.onnx for a2v motion, a2v video and export/sample.py.
+--held-out names subjects that are not learned from (auto: about a fifth of the clips); without it models learn from all.
+{RESUMES}"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(MotionModelOptions):
+    """What the command takes."""
+
+    evaluator: str | None = option("action classifier for a running FID and accuracy (monitoring only)", default=None, metavar="FILE")
+    training: TrainSettings = group(TrainSettings)
+    vae: VAESettings = settings(VAESettings)
+
+
+def run(options: Options) -> Answer:
+    """Train and export."""
+    chosen, vae = options.training, options.vae
+    dataset, unseen = options.learned_part()
+    evaluator = load_evaluator(options.evaluator) if options.evaluator else None
+    if evaluator is not None:
+        evaluator.demand_actions(dataset)
+    out = Path(options.out)
+    with training_bar(f"{dataset.name} {vae.decoder}", chosen.iterations) as show:
+        scores: dict[str, float] = {}
+
+        def on_log(training: VAETraining, row: dict[str, float]) -> None:
+            if evaluator is not None and (training.iteration % (10 * chosen.log_every) == 0 or training.iteration == chosen.iterations):
+                scores.update(quick_scores(training.model, dataset, evaluator))
+                row |= scores
+            show(row, {"rec": row["reconstruction"], "kl": row["kl"]} | scores)
+
+        model = train(dataset, out, vae=vae, settings=chosen, on_log=on_log)
+    export_motion(
+        model,
+        dataset,
+        out / "motion.onnx",
+        licence=options.licence,
+        temperature=options.temperature,
+        extra={"training": chosen.__dict__ | {"kl_end": chosen.final_kl(dataset)}} | unseen,
+    )
+    return Answer(files=[out / "motion.onnx"])

@@ -1,0 +1,95 @@
+"""How a video looks: views, light, background, size."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from a2v.animation import DeformSettings
+from a2v.errors import InputError
+from a2v.io import read_bytes
+from a2v.rendering.looks import LOOKS
+from a2v.types import VIEWS, RenderSettings
+from pipelines.engine.graph import Parameters
+from pipelines.engine.store import Ref, Store
+from pipelines.inputs import MAX_PHOTO_BYTES, put_file
+from pipelines.nodes.values import Blob
+from pipelines.options import flag, option, settings
+from pipelines.requests.fields import Request
+
+PHOTO = "photo"
+"""The background that is the photo's own place, and the name of its view."""
+_LOOK = RenderSettings()
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmRequest(Request):
+    """How frames look."""
+
+    views: str | None = option(
+        f"of {', '.join(VIEWS)}, turntable and those of --camera (default: the four)", default=None
+    )
+    camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
+    background: str = option(
+        "stage, transparent, a colour, an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
+    )
+    look: str = option(f"light: {', '.join(LOOKS)}, or a YAML file", default=LOOKS[0])
+    size: int = option("pixels of the longer side", default=_LOOK.size)
+    aspect: str = option("shape of each view: 1:1, 9:16, 16:9 or another width:height", default=_LOOK.aspect, metavar="W:H")
+    titles: bool = flag("the views' names above the pictures of video.mp4", rare=True)
+    spp: int = option("samples a pixel", default=_LOOK.spp, rare=True)
+    denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
+    variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
+    render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
+    deform: DeformSettings = settings(DeformSettings)
+
+    @property
+    def in_photo(self) -> bool:
+        """Whether the photo's own place is wanted beside the views."""
+        return self.background == PHOTO
+
+    def resolve(self, store: Store) -> Parameters:
+        """`render`, `cameras`, `backdrop`, `scene` and `deform`.
+
+        Raises
+        ------
+        InputError
+            An unknown view, background or look, or an unreadable file.
+        """
+        from a2v.rendering import check_views, read_cameras, read_look
+
+        cameras = () if self.camera is None else read_cameras(self.camera)
+        named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
+        background, backdrop = _background(store, _LOOK.background if self.in_photo else self.background)
+        render = RenderSettings(
+            views=tuple(view.strip() for view in named),
+            background=background,
+            size=self.size,
+            aspect=self.aspect,
+            titles=self.titles,
+            spp=self.spp,
+            denoise=self.denoise,
+            variant=self.variant,
+            seed=self.render_seed,
+        )
+        check_views(render.views, cameras)
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look), "deform": self.deform}
+
+
+def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:
+    """What `RenderSettings.background` is called, and the picture if it is one."""
+    from PIL import ImageColor
+
+    from a2v.perception.photo import decode_photo
+
+    if asked in ("stage", "transparent"):
+        return asked, None
+    with contextlib.suppress(ValueError):
+        red, green, blue, *_ = ImageColor.getrgb(asked)
+        return f"#{red:02x}{green:02x}{blue:02x}", None
+    if not Path(asked).is_file():
+        raise InputError(f"background '{asked}' is no file; expected stage, photo, transparent, a colour such as #30506f, or an image")
+    data = read_bytes(asked, limit=MAX_PHOTO_BYTES)
+    decode_photo(data, Path(asked).name)  # or an error before anything long runs
+    return "image", put_file(store, asked)

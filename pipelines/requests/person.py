@@ -1,0 +1,133 @@
+"""The person of a video: the photo, and the settings of the stages from it to a character."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from a2v.animation import BindSettings, EngineSettings
+from a2v.body import FitSettings, load_body_model
+from a2v.body.registry import MODEL_SUFFIXES, MODELS
+from a2v.perception import PerceptionSettings
+from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings, ImplicitSettings, SurfaceSettings
+from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
+from a2v.reconstruction.canonical import CharacterSettings
+from pipelines.engine.graph import Parameters
+from pipelines.engine.store import File, Store
+from pipelines.inputs import put_file
+from pipelines.options import flag, option, settings
+from pipelines.requests.fields import Request
+
+ENGINE = EngineSettings()
+"""What files for other tools hold by default."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoOptions:
+    """The photo, and what replaces the detectors."""
+
+    photo: str = option("the person, seen whole: JPEG, PNG...")
+    mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
+    keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PersonStages:
+    """The settings of the stages from a photo to a character; the backend says whether `implicit` or `shape` counts."""
+
+    backend: str = option(f"how the person is reconstructed: {', '.join(NAMES)}", default=DEFAULT_BACKEND, choices=NAMES, metavar="NAME")
+    pifuhd: str = option("PIFuHD's checkpoint, your own file, for the backend papers", default="", metavar="FILE", rare=True)
+    pifu_geometry: str = option(
+        "PIFu's net_G, likewise: the shape without --pifuhd, and what --pifu-color needs", default="", metavar="FILE", rare=True
+    )
+    pifu_color: str = option("PIFu's net_C, likewise: colours of what the photo does not show", default="", metavar="FILE", rare=True)
+    pamir_geometry: str = option(
+        "PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model", default="", metavar="FILE", rare=True
+    )
+    pamir_texture: str = option("PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True)
+    perception: PerceptionSettings = settings(PerceptionSettings)
+    fit: FitSettings = settings(FitSettings)
+    implicit: ImplicitSettings = settings(ImplicitSettings)
+    shape: SurfaceSettings = settings(SurfaceSettings)
+    hands: HandSettings = settings(HandSettings)
+    face: FaceSettings = settings(FaceSettings)
+    character: str = option(
+        "canonical: built at rest, apart; fused: as in the photo's pose",
+        default="canonical", choices=("canonical", "fused"), metavar="KIND",
+    )  # fmt: skip
+    color: ColorSettings = settings(ColorSettings)
+    bind: BindSettings = settings(BindSettings)
+    triangles: int = option(
+        "most triangles of the files for other tools, with a normal map; 0: all", default=ENGINE.triangles
+    )
+    texture: int = option("texels along each side of the texture: 1024, 2048 or 4096", default=ENGINE.texture, rare=True)
+    normal_map: int = option("texels along each side of the normal map, 0 for none", default=ENGINE.normal_map, rare=True)
+    one_material: bool = flag("one material in .glb instead of one each for skin, hair, cloth, eyes and mouth", rare=True)
+
+    @property
+    def reconstruction(self) -> BackendSettings:
+        """The settings of the backend that is asked for, with the digest of its weights."""
+        if self.backend == "body-prior":
+            return self.shape
+        if self.backend == "pifu":
+            return _with_digest(self.implicit)
+        checkpoints = {name: getattr(self, name) for name in ("pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture")}
+        smpl = self.fit.model if self.pamir_geometry and self.fit.model.endswith(".npz") else ""
+        return plugged(self.backend, **checkpoints, smpl=smpl).pinned()
+
+    def parameters(self) -> Parameters:
+        """Each stage's settings by the name that the graph has for them.
+
+        Raises
+        ------
+        InputError
+            A model's file is missing, or its name is unknown.
+        """
+        fit = dataclasses.replace(self.fit, model=FitSettings.model)  # a file counts by its content
+        known = {"perception": self.perception, "fit": fit, "body_model": body_model_file(self.fit.model), "shape": self.reconstruction}
+        figure = CharacterSettings(kind="canonical" if self.character == "canonical" else "fused")
+        engine = EngineSettings(triangles=self.triangles, texture=self.texture, normal_map=self.normal_map, one_material=self.one_material)
+        color = dataclasses.replace(self.color, texture=engine.texture) if engine.texture > self.color.texture > 0 else self.color
+        return {**known, "figure": figure, "hands": self.hands, "face": self.face, "color": color, "bind": self.bind, "engine": engine}
+
+    def with_photo(self, photo: str) -> PersonRequest:
+        """The person of a photo by these settings."""
+        return PersonRequest(photo=photo, **{item.name: getattr(self, item.name) for item in dataclasses.fields(PersonStages)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PersonRequest(Request, PersonStages, PhotoOptions):
+    """A character out of a photo."""
+
+    def resolve(self, store: Store) -> Parameters:
+        """The graph's parameters from a photo to a character; files are taken into `store`.
+
+        Raises
+        ------
+        InputError
+            A file cannot be read.
+        """
+        files = {item.name: getattr(self, item.name) for item in dataclasses.fields(PhotoOptions)}
+        return {name: put_file(store, path) for name, path in files.items()} | self.parameters()
+
+
+def body_model_file(name: str) -> File | None:
+    """The file of a body model of the user's own; None for those that a2v has.
+
+    Raises
+    ------
+    InputError
+        Unknown name, or a missing file.
+    """
+    if name in MODELS:
+        return None
+    if not name.lower().endswith(MODEL_SUFFIXES):
+        load_body_model(name)  # says which names there are
+    return File.of(name)
+
+
+def _with_digest(settings: ImplicitSettings) -> ImplicitSettings:
+    """The settings with the digest of their weights, by which results are remembered."""
+    from a2v.reconstruction.implicit import ImplicitModel
+
+    return dataclasses.replace(settings, digest=ImplicitModel.load(settings.weights or None).digest)

@@ -1,0 +1,138 @@
+"""A video: a person, a motion and how it is filmed. The one description of it that command line, tables, page and Python share."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipelines.engine.graph import Graph, Parameters
+from pipelines.engine.store import File, Ref, Store
+from pipelines.graph import video_graph
+from pipelines.options import group
+from pipelines.requests.fields import check_known, hints_of, names_of
+from pipelines.requests.film import FilmRequest
+from pipelines.requests.motion import MotionRequest
+from pipelines.requests.person import PersonRequest
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolved:
+    """A request that was checked: what the graph needs to make it.
+
+    Attributes
+    ----------
+    parameters : dict
+        The inputs of `graph` by name.
+    recorded : bool
+        Whether the motion is a file's.
+    understood : tuple of str
+        What the words of the action were taken for, a line a part that is not an action's own name.
+    """
+
+    parameters: Parameters
+    recorded: bool = False
+    understood: tuple[str, ...] = ()
+
+    @property
+    def in_force(self) -> Parameters:
+        """The parameters that are settings, with what was found for those left open; neither files nor what is given by reference."""
+        return {name: value for name, value in self.parameters.items() if not isinstance(value, Ref | File)}
+
+    @property
+    def graph(self) -> Graph:
+        """The steps that make it."""
+        return video_graph(recorded=self.recorded)
+
+
+@dataclass(frozen=True, kw_only=True)
+class VideoRequest:
+    """A video as it is asked for."""
+
+    person: PersonRequest = group(PersonRequest)
+    motion: MotionRequest = group(MotionRequest)
+    film: FilmRequest = group(FilmRequest)
+
+    @classmethod
+    def of(cls, **values: object) -> VideoRequest:
+        """A request of values by their names, whichever part they belong to; see `pipelines.requests.fields.Request.of`."""
+        own = _by_part(values)
+        return cls(person=PersonRequest.of(**own["person"]), motion=MotionRequest.of(**own["motion"]), film=FilmRequest.of(**own["film"]))
+
+    def changed(self, **values: object) -> VideoRequest:
+        """The same request with other values."""
+        parts = {part: getattr(self, part).changed(**own) for part, own in _by_part(values).items() if own}
+        return dataclasses.replace(self, **parts) if parts else self
+
+    def described(self) -> dict[str, object]:
+        """Every value by its name, as `of` takes it."""
+        parts = (getattr(self, item.name) for item in dataclasses.fields(self))
+        return {item.name: getattr(part, item.name) for part in parts for item in dataclasses.fields(part)}
+
+    def files(self) -> dict[str, str]:
+        """The files that it names, by the names of its values."""
+        named = self.described()
+        return {name: str(named[name]) for name in FILES if named[name]} | {
+            name: str(named[name])
+            for name in MAYBE_FILES
+            if named[name] and os.path.isfile(str(named[name]))  # noqa: PTH113
+        }
+
+    def resolve(self, store: Store) -> Resolved:
+        """Check it and read what it names; files are taken into `store`.
+
+        Raises
+        ------
+        InputError
+            An unknown model, action, view or look (the nearest are named), a number out of range, or an unreadable file.
+        """
+        film = self.film.resolve(store)
+        moving = self.motion.resolve()
+        parameters = film | moving.parameters | self.person.resolve(store)
+        return Resolved(parameters=parameters, recorded=self.motion.motion is not None, understood=moving.understood)
+
+
+FILES = ("photo", "mask", "keypoints", "motion", "camera", "timeline", "keyframes")
+"""Values that name a file."""
+MAYBE_FILES = ("model", "background", "look", "path")
+"""Values that may."""
+
+
+@functools.cache
+def _parts() -> Mapping[str, str]:
+    """The part that a name belongs to."""
+    known = dict[str, str]()
+    for part, kind in hints_of(VideoRequest).items():
+        for name in (*names_of(kind), *(item.name for item in dataclasses.fields(kind))):
+            if known.setdefault(name, part) != part:
+                raise TypeError(f"two parts of a request have a value called {name}")
+    return known
+
+
+def names() -> tuple[str, ...]:
+    """Names of all values of a video's request, those of settings as ``fit.steps``."""
+    return tuple(names_of(VideoRequest))
+
+
+def _by_part(values: Mapping[str, object]) -> dict[str, dict[str, object]]:
+    known = _parts()
+    check_known([*values], known)
+    own: dict[str, dict[str, object]] = {"person": {}, "motion": {}, "film": {}}
+    for name, value in values.items():
+        own[known[name]][name] = value
+    return own
+
+
+# --- straight to what a graph takes
+
+
+def video_parameters(store: Store, photo: str | os.PathLike[str], action: str = "", **values: object) -> Parameters:
+    """The graph's parameters of a video; `values` by the names of `VideoRequest`. See `VideoRequest.resolve`."""
+    return VideoRequest.of(photo=photo, action=action, **values).resolve(store).parameters
+
+
+def photo_parameters(store: Store, photo: str | os.PathLike[str], **values: object) -> Parameters:
+    """The graph's parameters from a photo to a character; `values` by the names of `PersonRequest`."""
+    return PersonRequest.of(photo=photo, **values).resolve(store)

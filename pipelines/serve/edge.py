@@ -1,0 +1,121 @@
+"""What comes in from a browser or from an old record: text is normalised and checked here, once, and bodies are bounded."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import unicodedata
+from collections.abc import AsyncIterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+
+from a2v.errors import InputError
+from a2v.io import parse_json
+
+MAX_UPLOAD = 40 << 20
+MAX_WORDS = 1 << 16
+"""Bytes of a photo, and of any other request."""
+MAX_LEVELS = 16
+"""Of objects and lists inside each other."""
+BODY_SECONDS = 30.0
+"""A browser that sends nothing for so long, in the middle of a request, has gone."""
+_SURROGATE = re.compile("[\ud800-\udfff]")
+_UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
+"""Control characters and what changes the writing direction; white space as a browser may send it among them."""
+
+
+def clean(value: Any, level: int = 0) -> Any:
+    """A value out of JSON whose texts can be stored, encoded and shown: composed (NFC), control characters as spaces.
+
+    Raises
+    ------
+    InputError
+        A text has half a surrogate pair: no character, and nothing that UTF-8 can write; or lists are nested deeper than `MAX_LEVELS`.
+    """
+    if level > MAX_LEVELS:
+        raise InputError(f"the request is nested deeper than {MAX_LEVELS} levels")
+    if isinstance(value, str):
+        if _SURROGATE.search(value):
+            raise InputError("a text of the request has half a character (a lone surrogate); send it again in UTF-8")
+        return _UNSEEN.sub(" ", unicodedata.normalize("NFC", value))
+    if isinstance(value, dict):
+        return {clean(name, level + 1): clean(item, level + 1) for name, item in value.items()}
+    if isinstance(value, list):
+        return [clean(item, level + 1) for item in value]
+    return value
+
+
+def title(text: str) -> str:
+    """A file's name as words to show."""
+    kept = "".join(letter for letter in unicodedata.normalize("NFC", text) if letter.isprintable())
+    return Path(kept.replace("\\", "/")).stem.strip()
+
+
+async def read_json(request: Request) -> Mapping[str, Any]:
+    """The object that a request holds, its texts clean.
+
+    Raises
+    ------
+    InputError
+        It is none, or holds what is no text.
+    HTTPException
+        413: it is too long; 408: it does not arrive.
+    """
+    data = bytearray()
+    async for part in _parts(request, MAX_WORDS, "the request is too long"):
+        data += part
+    if not data:
+        raise InputError("the request is empty; expected an object")
+    said = parse_json(bytes(data), "the request", "an object")
+    if not isinstance(said, dict):
+        raise InputError("the request is no object")
+    found: Mapping[str, Any] = clean(said)
+    return found
+
+
+async def save_photo(request: Request, path: Path) -> None:
+    """Write the photo that a request holds to `path`, a part at a time; nothing is left where it fails.
+
+    Raises
+    ------
+    InputError
+        It is empty, or the disk is full.
+    HTTPException
+        413: it is too large; 408: it does not arrive.
+    """
+    try:
+        with path.open("xb") as stream:
+            async for part in _parts(request, MAX_UPLOAD, f"this is larger than {MAX_UPLOAD >> 20} MB; send a smaller photo"):
+                stream.write(part)
+        if not path.stat().st_size:
+            raise InputError("this file is empty; choose a JPEG, PNG or WebP photo")
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and send it again") from error
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+
+
+async def _parts(request: Request, limit: int, too_large: str) -> AsyncIterator[bytes]:
+    """The body in parts, refused by what it says of its size, and cut off where it said something else or stops coming."""
+    length = request.headers.get("content-length", "0")
+    if not (length.isascii() and length.isdigit()) or int(length[:20]) > limit:
+        raise HTTPException(413, too_large)
+    stream, size = request.stream(), 0
+    while True:
+        try:
+            part = await asyncio.wait_for(anext(stream), BODY_SECONDS)
+        except StopAsyncIteration:
+            return
+        except (TimeoutError, asyncio.TimeoutError):
+            raise HTTPException(408, "the request does not arrive; send it again") from None
+        except ClientDisconnect:
+            raise HTTPException(400, "the connection broke off") from None
+        size += len(part)
+        if size > limit:
+            raise HTTPException(413, too_large)
+        yield part

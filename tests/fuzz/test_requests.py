@@ -1,0 +1,117 @@
+"""Requests to the page, hostile ones: each is answered, none is a defect, and the list of what there is stays readable."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipelines.serve.app import make_app
+from pipelines.serve.desk import Desk
+from pipelines.serve.records import Library
+from pipelines.serve.wishes import Wish
+from tests.support.hostile import TEXTS, VALUES, owes_a_sentence, trees
+from tests.support.page import arrived
+from tests.support.uploads import picture
+
+TOKEN = "token"
+WISH = {"action": "Walk", "model": "cmu", "seconds": 2.0, "seed": 1, "size": 240, "views": ["front"], "background": "stage"}
+HEADERS = {"host": "127.0.0.1:8000", "content-type": "application/json"}
+DEEP = st.sampled_from([700, 900, 990, 5000]).map(lambda levels: b'{"model": ' + b"[" * levels + b"]" * levels + b"}")
+
+
+def answer(app: Any, method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None) -> tuple[int, bytes]:
+    """Status and body of a request, by ASGI itself."""
+    path, _, query = path.encode("utf-8", "replace").decode().partition("?")  # as uvicorn decodes it
+    scope = {
+        "type": "http", "http_version": "1.1", "method": method, "scheme": "http", "path": f"/{TOKEN}{path}", "raw_path": b"", "root_path": "",
+        "query_string": query.encode("utf-8", "surrogatepass"), "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 8000),
+        "headers": [(name.encode("latin-1", "replace"), value.encode("latin-1", "replace")) for name, value in (HEADERS | (headers or {})).items()],
+    }  # fmt: skip
+    parts, given_body = [], iter([{"type": "http.request", "body": body, "more_body": False}])
+
+    async def receive() -> dict[str, Any]:
+        return next(given_body, {"type": "http.disconnect"})
+
+    async def send(message: dict[str, Any]) -> None:
+        parts.append(message)
+
+    asyncio.run(app(scope, receive, send))
+    return parts[0]["status"], b"".join(part.get("body", b"") for part in parts[1:])
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[tuple[Any, str, str]]:
+    """The application with a photo and a job that failed, and their names; nothing is computed."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Library(Path(folder))
+        photo = arrived(library, picture(), "somebody")
+        photo.status = "ready"
+        job = library.add_job(photo, Wish(action="Walk", model="cmu"))
+        job.status = "failed"
+        library.keep(photo)
+        library.keep(job)
+        yield make_app(Desk(library, ""), TOKEN, lambda: None), photo.id, job.id
+
+
+def is_answered(page: tuple[Any, str, str], method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None) -> None:
+    app = page[0]
+
+    def ask() -> None:
+        status, said = answer(app, method, path, body, headers)
+        assert status < 500
+        if status >= 400:
+            assert set(json.loads(said)) == {"problem"}
+        status, said = answer(app, "GET", "/api/state")
+        assert status == 200
+        assert len(json.loads(said)["photos"]) == 1
+
+    owes_a_sentence(ask)
+
+
+BODIES = st.one_of(VALUES.map(lambda value: json.dumps(value).encode()), DEEP, st.binary(max_size=40), TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")))
+
+
+@given(data=st.data())
+def test_words(page, data):
+    said = trees({"model": "cmu", "text": "walk, then jump for 2 s"}).map(lambda tree: json.dumps(tree).encode())
+    is_answered(page, "POST", "/api/words", data.draw(st.one_of(said, BODIES)))
+
+
+@given(data=st.data())
+def test_jobs(page, data):
+    """What is wished for is nearly right; a job that is taken is removed again."""
+    body = data.draw(st.one_of(trees({"photo": page[1], "wish": WISH}).map(lambda tree: json.dumps(tree).encode()), BODIES))
+    is_answered(page, "POST", "/api/jobs", body)
+    jobs = json.loads(answer(page[0], "GET", "/api/state")[1])["jobs"]
+    for job in (job for job in jobs if job["id"] != page[2]):
+        assert answer(page[0], "DELETE", f"/api/jobs/{job['id']}")[0] == 200
+
+
+PLACES = ["/api/{}", "/page/{}", "/photos/{}/{}", "/jobs/{}/{}", "/jobs/{}/all.zip", "/api/photos/{}/again", "/api/jobs/{}/cancel", "/{}", "/page/../{}",
+          "/photos/../../{}", "/jobs/{}/../{}", "/jobs/{}/video.mp4?download={}"]  # fmt: skip
+NAMES = st.one_of(TEXTS, st.sampled_from(["..", ".", "%2e%2e", "photo.jpg", "record.json", "video.mp4", "\0", "a" * 3000, "..%2f..%2f", "original"]))
+
+
+@given(data=st.data())
+def test_addresses(page, data):
+    names = st.one_of(NAMES, st.sampled_from([page[1], page[2]]))
+    place = data.draw(st.sampled_from(PLACES))
+    path = place.format(*(data.draw(names) for _ in range(place.count("{}"))))
+    method = data.draw(st.sampled_from(["GET", "POST", "HEAD", "PUT", "PATCH", "X" * 200]))
+    header = data.draw(st.sampled_from(["range", "origin", "host", "content-length", "if-range", "cookie", "sec-fetch-site"]))
+    app, written = page[0], data.draw(st.one_of(TEXTS, st.sampled_from(["bytes=0-", "bytes=-1,-1,-1", "bytes=" + "0-1," * 500, "bytes=9-1", "-1"])))
+
+    def ask() -> None:
+        status, _ = answer(app, method, path, headers={header: written.replace("\n", " ")})
+        assert status < 500
+        assert answer(app, "GET", "/api/state")[0] == 200
+
+    owes_a_sentence(ask)

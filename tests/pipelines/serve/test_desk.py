@@ -1,0 +1,234 @@
+"""The queue while people change their minds and the disk is full. The child process here writes files and waits; it computes nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from a2v.errors import InputError
+from pipelines.engine.store import Store, put, using
+from pipelines.nodes.values import Blob
+from pipelines.serve.desk import Desk
+from pipelines.serve.records import Job, Library, Photo
+from pipelines.serve.talk import ORIGINAL
+from pipelines.serve.wishes import Wish
+from tests.support.page import arrived
+
+CHILD = """
+import json, os, sys, time
+from pathlib import Path
+for line in sys.stdin:
+    task = json.loads(line)
+    if task["task"] == "warm":
+        continue
+    folder = Path(task["folder"])
+    (folder / "begun").write_text(str(os.getpid()))
+    time.sleep(float(os.environ.get("A2V_TEST_WORK", "0")))
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "mask.png").write_text("made")
+    done = {"landmarks": [], "warnings": []} if task["task"] == "look" else {"files": {"mask.png": 4}, "notes": [], "times": {}}
+    print(json.dumps({"done": done}), flush=True)
+"""
+WISH = Wish(action="Walk")
+
+
+@pytest.fixture(autouse=True)
+def no_orphans() -> Iterator[None]:
+    """In the end no child process of a desk lives."""
+    yield
+    time.sleep(0.1)
+    assert [one for one in psutil.Process().children(recursive=True) if "A2V_TEST_WORK" in " ".join(one.cmdline())] == []
+
+
+def desk_of(folder: Path, *names: str) -> Desk:
+    """A desk with photos that nobody has looked at yet."""
+    library = Library(folder / "page")
+    for name in names:
+        arrived(library, name.encode(), name)
+    return Desk(library, CHILD, cache=str(folder / "store"))
+
+
+def go(desk: Desk, what: Callable[[], Awaitable[None]]) -> None:
+    """Run a desk, and `what` meanwhile; at most half a minute."""
+
+    async def all_of_it() -> None:
+        desk.start()
+        try:
+            await asyncio.wait_for(what(), 30)
+        finally:
+            await desk.close()
+
+    asyncio.run(all_of_it())
+
+
+async def until(true: Callable[[], Any]) -> None:
+    while not true():
+        await asyncio.sleep(0.01)
+
+
+def only(desk: Desk) -> Photo:
+    (photo,) = desk.library.photos.values()
+    return photo
+
+
+def test_a_job_that_is_cancelled_while_its_process_starts_is_not_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    start, begun = asyncio.create_subprocess_exec, list[float]()
+
+    async def slowly(*words: Any, **how: Any) -> Any:
+        begun.append(time.monotonic())
+        await asyncio.sleep(0.3)
+        return await start(*words, **how)
+
+    desk = desk_of(tmp_path, "one")
+    monkeypatch.setenv("A2V_TEST_WORK", "60")
+    only(desk).status = "ready"
+
+    async def change_of_mind() -> None:
+        monkeypatch.setattr(asyncio, "create_subprocess_exec", slowly)
+        jobs = [desk.library.add_job(only(desk), WISH) for _ in range(2)]
+        desk.wake()
+        await until(lambda: begun)
+        before = time.monotonic()
+        await desk.cancel(jobs[0])
+        assert time.monotonic() - before < 15
+        assert jobs[0].status == "cancelled"
+        await until(lambda: jobs[1].status == "running")
+        await until(lambda: (desk.library.place(jobs[1]) / "begun").exists())
+        await desk.remove(only(desk))
+        assert not (desk.library.folder / "jobs").exists() or list((desk.library.folder / "jobs").iterdir()) == []
+        assert desk.library.jobs == {}
+
+    go(desk, change_of_mind)
+
+
+def test_a_photo_that_is_removed_while_it_is_looked_at_stays_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("A2V_TEST_WORK", "0.5")
+    desk = desk_of(tmp_path, "one", "other")
+
+    async def change_of_mind() -> None:
+        photo = next(iter(desk.library.photos.values()))
+        await until(lambda: (desk.library.place(photo) / "begun").exists())
+        await desk.remove(photo)
+        assert not desk.library.place(photo).exists()
+        await until(lambda: only(desk).status == "ready")  # the other one's turn came
+        await asyncio.sleep(0.7)
+        assert not desk.library.place(photo).exists()
+
+    go(desk, change_of_mind)
+
+
+def test_a_job_that_is_asked_for_during_the_removal_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("A2V_TEST_WORK", "60")
+    desk = desk_of(tmp_path, "one")
+    photo = only(desk)
+    photo.status = "ready"
+
+    async def late() -> None:
+        first = desk.library.add_job(photo, WISH)
+        desk.wake()
+        await until(lambda: (desk.library.place(first) / "begun").exists())
+        removing = asyncio.create_task(desk.remove(photo))
+        await asyncio.sleep(0)
+        with contextlib.suppress(InputError):
+            desk.library.add_job(photo, WISH)
+            desk.wake()
+        await removing
+        with pytest.raises(InputError, match="removed"):
+            desk.library.add_job(photo, WISH)
+        assert list((desk.library.folder / "jobs").iterdir()) == []
+
+    go(desk, late)
+
+
+def test_a_full_disk_ends_no_round_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write, full = Library.write, [True]
+
+    def written(library: Library, item: Photo | Job, folder: Path | None = None) -> None:
+        if full[0]:
+            raise InputError("cannot write it: No space left on device")
+        write(library, item, folder)
+
+    desk = desk_of(tmp_path, "one")
+    monkeypatch.setattr(Library, "write", written)
+
+    async def while_it_is_full() -> None:
+        await until(lambda: only(desk).status == "ready")
+        assert "No space left" in desk.library.problem
+        with pytest.raises(InputError):
+            desk.library.add_job(only(desk), WISH)
+        assert desk.library.jobs == {}
+        full[0] = False
+        arrived(desk.library, b"other", "other")
+        desk.wake()
+        await until(lambda: all(photo.status == "ready" for photo in desk.library.photos.values()))
+        assert desk.library.problem == ""
+        job = desk.library.add_job(only_first(desk), WISH)
+        desk.wake()
+        await until(lambda: job.status == "done")
+
+    go(desk, while_it_is_full)
+    assert [photo.status for photo in Library(tmp_path / "page").photos.values()] == ["ready", "ready"]
+
+
+def only_first(desk: Desk) -> Photo:
+    return next(iter(desk.library.photos.values()))
+
+
+def test_a_round_that_fails_is_followed_by_another(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    desk = desk_of(tmp_path, "one")
+    do, calls = desk._looker.do, list[int]()
+
+    async def fails_once(*words: Any, **how: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 1:
+            raise RuntimeError("a defect")
+        return await do(*words, **how)
+
+    desk._looker.do = fails_once  # type: ignore[method-assign]
+
+    async def wait() -> None:
+        await until(lambda: only(desk).status == "ready")
+
+    go(desk, wait)
+    assert "a defect" in capsys.readouterr().err
+
+
+def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(tmp_path: Path) -> None:
+    desk = desk_of(tmp_path, "same", "same", "other")
+    store = Store(tmp_path / "store")
+    with using(store):
+        refs = {name: put(Blob.of(name.encode())) for name in ("same", "other")}
+        left = {name: put(Blob.of(b"person of " + name.encode())) for name in refs}
+        for name in refs:
+            store.remember("person", name * 20, left[name], {}, given=[refs[name]])
+
+    async def remove() -> None:
+        await until(lambda: all(photo.status == "ready" for photo in desk.library.photos.values()))
+        for photo in list(desk.library.photos.values()):
+            if photo.title == "same":
+                before = sum(one.title == "same" for one in desk.library.photos.values())
+                await desk.remove(photo)
+                assert store.has(left["same"]) == (before == 2)
+        assert store.has(left["other"])
+        assert store.has(refs["other"])
+
+    go(desk, remove)
+
+
+def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) -> None:
+    library = Library(tmp_path)
+    photo = arrived(library, b"x", "a")
+    job = library.add_job(photo, WISH)
+    (library.arriving() / ORIGINAL).write_bytes(b"half")
+    (path,) = library.remove(job)
+    assert path.exists()
+    again = Library(tmp_path)
+    assert (list(again.photos), list(again.jobs), again.damaged) == ([photo.id], [], [])
+    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == ["original", "photo.json"]

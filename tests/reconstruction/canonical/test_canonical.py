@@ -1,0 +1,184 @@
+"""The canonical character: its mesh, what it observes, and that nothing of the photo's pose remains."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.animation import deform, standing_character
+from a2v.body.parts import PARTS, on_parts
+from a2v.errors import InputError
+from a2v.geometry.mesh import is_closed, vertex_areas
+from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
+from a2v.reconstruction.canonical.face import face_width
+from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.canvas import _Palettes, strangers
+from a2v.types import Body, Reconstruction
+from tests.support.faces import CAMERA, photographed
+from tests.support.surfaces import coated
+
+COAT = 0.02
+
+
+@pytest.fixture(scope="module")
+def dressed(body: Body) -> Reconstruction:
+    return coated(body, cell=0.012, coat=COAT)
+
+
+@pytest.fixture(scope="module")
+def person(dressed: Reconstruction, body: Body) -> Reconstruction:
+    return canonical_person(dressed, photographed(body), body, CAMERA)
+
+
+def test_the_mesh_is_whole_even_and_symmetric() -> None:
+    mesh = topology()
+    assert is_closed(mesh.refined(_default()), mesh.faces)
+    assert 20_000 < len(mesh.twin) < 50_000
+    assert np.isfinite(mesh.uv).all()
+    assert mesh.uv.min() >= 0
+    assert mesh.uv.max() <= 1
+    assert (mesh.twin[mesh.twin] == np.arange(len(mesh.twin))).mean() > 0.95
+    points = mesh.refined(_default())
+    edges = np.linalg.norm(points[mesh.faces[:, 0]] - points[mesh.faces[:, 1]], axis=1)
+    assert np.quantile(edges, 0.99) < 0.02
+
+
+def _default() -> np.ndarray:
+    import torch
+
+    from a2v.body.face import teeth
+    from a2v.body.registry import load_body_model
+
+    model = load_body_model("anny")
+    return np.concatenate([model.rest(torch.from_numpy(model.shape_default))[0].numpy(), teeth().vertices])
+
+
+def test_a_coat_of_known_thickness_is_found(person: Reconstruction, body: Body, dressed: Reconstruction) -> None:
+    from scipy.spatial import cKDTree
+
+    surface = person.surface
+    assert surface.standing is not None
+    trunk = on_parts(surface.standing.parts, "torso", "left_thigh", "right_thigh", "left_shin", "right_shin")
+    away = cKDTree(dressed.surface.vertices).query(surface.vertices[trunk])[0]
+    assert np.median(away) < 0.008  # cells of 12 mm
+    skin = cKDTree(body.vertices).query(surface.vertices[trunk])[0]
+    assert abs(np.median(skin) - COAT) < 0.008
+
+
+def test_hands_are_the_bodys_own(person: Reconstruction, body: Body) -> None:
+    standing, mesh = person.surface.standing, topology()
+    assert standing is not None
+    own = np.flatnonzero(on_parts(standing.parts[: mesh.first], "left_hand"))
+    fingers = own[body.weights[own][:, [i for i, name in enumerate(body.bone_names) if name.startswith("finger")]].sum(axis=1) > 0.5]
+    assert np.abs(person.surface.vertices[fingers] - body.vertices[fingers]).max() < 0.004
+
+
+def test_it_stands_on_the_ground_and_moves_by_its_bones(person: Reconstruction, body: Body) -> None:
+    character = standing_character(person.surface, body)
+    assert abs(float(character.surface.vertices[:, 1].min())) < 1e-5
+    assert np.allclose(character.weights.sum(axis=1), 1, atol=1e-5)
+    back = deform(character, body.bone_transforms)
+    assert np.abs(back - person.surface.vertices).max() < 0.03  # the head alone is turned by its landmarks
+    feet = on_parts(character.parts, "left_foot", "right_foot")
+    assert np.abs(back - person.surface.vertices)[feet].max() < 1e-4
+
+
+def test_the_face_has_all_expressions_and_lies_on_the_photos(person: Reconstruction) -> None:
+    face = person.surface.face
+    assert face is not None
+    assert len(face.names) == 52
+    assert set(np.unique(face.kinds)) == {0, 1, 2, 3, 4}
+    moved, offsets = face.mixed({"jawOpen": 1.0})
+    assert 0.01 < np.linalg.norm(offsets, axis=1).max() < 0.06
+    assert len(moved) < len(person.surface.vertices) / 2
+
+
+def test_a_character_and_what_it_is_of_survive_the_disk(person: Reconstruction, tmp_path: object) -> None:
+    path = f"{tmp_path}/person.npz"
+    person.save(path)
+    again = Reconstruction.load(path)
+    assert again.surface.standing is not None
+    assert person.surface.standing is not None
+    assert np.array_equal(again.surface.standing.vertices, person.surface.standing.vertices)
+
+
+def test_soles_are_flat_and_toes_are_closed(person: Reconstruction) -> None:
+    standing, mesh = person.surface.standing, topology()
+    assert standing is not None
+    foot = on_parts(standing.parts, "left_foot") & mesh.skin
+    low = standing.vertices[foot, 1].min()
+    sole = foot & (standing.vertices[:, 1] < low + 0.012)
+    areas = vertex_areas(standing.vertices.astype(np.float64), mesh.faces)
+    assert np.ptp(standing.vertices[sole, 1]) < 0.012
+    assert areas[sole].sum() > 0.15 * areas[foot].sum()
+
+
+def test_unknown_displacements_are_the_twins() -> None:
+    mesh = topology()
+    rest = mesh.refined(_default())
+    parts = np.zeros(len(rest), np.int64)
+    left = mesh.skin & (rest[:, 0] > 0.02)
+    offset = np.where(left, 0.03, 0.0)
+    found = solve_offsets(
+        rest, mesh.faces, offset, left.astype(float), twin=mesh.twin, fixed=~mesh.skin, parts=parts, smoothing=0.007
+    )  # fmt: skip
+    right = mesh.skin & (rest[:, 0] < -0.05)
+    assert np.abs(found[right] - 0.03).mean() < 0.003
+
+
+def test_borders_are_drawn_within_triangles() -> None:
+    faces = np.array([[0, 1, 2], [2, 1, 3]])
+    colors = np.array([[1.0, 0, 0], [0, 0, 1.0], [1.0, 0, 0], [0, 0, 1.0]])
+    borders = Borders(np.array([[1.0, 0], [0, 1.0], [1.0, 0], [0, 1.0]], np.float32), np.stack([colors[[0] * 4], colors[[1] * 4]]).astype(np.float32))
+    share = np.linspace(0, 1, 21)
+    weight = np.stack([1 - share, share, np.zeros(21)], axis=1)[..., None]
+    drawn = borders.colors(np.tile(faces[0], (21, 1)), weight)
+    mixed = (drawn[:, 0] > 0.01) & (drawn[:, 2] > 0.01)
+    assert mixed.sum() <= 2
+    assert drawn[0, 0] == pytest.approx(1)
+    assert drawn[-1, 2] == pytest.approx(1)
+
+
+def test_other_bodies_and_kinds_are_fused(body: Body) -> None:
+    assert is_canonical(body, CharacterSettings())
+    assert not is_canonical(body, CharacterSettings(kind="fused"))
+    assert not is_canonical(dataclasses.replace(body, model="smpl"), CharacterSettings())
+    with pytest.raises(InputError, match="canonical or fused"):
+        CharacterSettings(kind="both")  # type: ignore[arg-type]
+
+
+def test_the_width_of_a_face_is_in_pixels(body: Body) -> None:
+    face = photographed(body).face
+    assert face is not None
+    assert 100 < face_width(face) < 300
+
+
+def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) -> None:
+    heads = body.bone_transforms[:, :3, 3]
+    legs = heads[[body.bone_names.index(f"{bone}{side}") for bone in ("upperleg01", "lowerleg01", "foot") for side in (".L", ".R")]]
+    skirt = coated(body, cell=0.02, coat=0.01, ball=((legs[2] + legs[3]) / 2, 0.3))
+    assert hangs_between_legs(skirt.surface, body)
+    assert not hangs_between_legs(dressed.surface, body)
+
+
+def test_a_neckline_is_the_trunks_and_a_hands_colour_on_it_is_not() -> None:
+    """A trunk of blue cloth with a neckline of skin; a hand before it, of which the fit shows the lower half alone."""
+    shown = np.full((200, 200), -1)
+    shown[:40, 60:140], shown[40:, 20:180] = PARTS.index("head"), PARTS.index("torso")
+    shown[150:170, 80:140] = PARTS.index("left_hand")
+    image = np.full((200, 200, 3), 30, np.uint8)
+    image[shown == PARTS.index("torso")] = (40, 60, 160)
+    skin = (210, 160, 130)
+    image[:40, 60:140] = image[40:60, 85:115] = image[140:170, 80:140] = skin
+    palettes = _Palettes(image, shown, strangers(), scale=200.0)
+    torso = PARTS.index("torso")
+    asked = np.zeros((200, 200), bool)
+    asked[140:150, 85:135] = True
+    assert palettes.of_others(torso, asked).all()
+    asked[:], asked[120:135, 85:135] = False, True
+    assert not palettes.of_others(torso, asked).any()
+    assert not palettes.asked[torso, PARTS.index("head")]

@@ -1,0 +1,34 @@
+"""Commands that are run in this process."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+
+import pytest
+
+from a2v.errors import A2VError
+from pipelines.cli import main
+
+
+def end(words: list[str]) -> None:
+    """Run a command to its end in a folder of its own; it succeeds, or says one sentence."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        code = main(words)
+    assert code in (0, 2)
+    if code:
+        raise A2VError(said.getvalue().strip().split("\n")[-1])
+
+
+def without_readings(said: str) -> str:
+    """Standard error without the lines that tell what was understood of an action."""
+    return "".join(line for line in said.splitlines(keepends=True) if " is taken for " not in line)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    """Run the command; the one line that it says beside what it understood of the action, with exit code 2."""
+    assert main([str(word) for word in words]) == 2
+    error = without_readings(capsys.readouterr().err)
+    assert error.count("\n") == 1
+    return error

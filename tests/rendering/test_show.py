@@ -56,7 +56,7 @@ def test_what_is_shown_needs_nothing_else(character: Character, walk: Motion, tm
         a2v.show(b"something")
 
 
-def test_a_small_copy_looks_and_moves_like_the_whole(character: Character) -> None:
+def test_a_small_copy_looks_and_moves_like_the_whole(character: Character, walk: Motion) -> None:
     surface = character.surface
     uv = surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]
     picture = np.broadcast_to(np.linspace(0, 255, 1024).astype(np.uint8)[:, None, None], (1024, 1024, 3))  # dark above
@@ -74,7 +74,8 @@ def test_a_small_copy_looks_and_moves_like_the_whole(character: Character) -> No
         light.surface.uv[..., 1], 0.5 * light.surface.vertices[light.surface.faces][..., 1], atol=0.01
     )  # the same texels
     whole, small = (len(a2v.show(person, small=small).page) for small in (False, True))
-    assert small < whole / 2
+    viewer = len(a2v.show(walk).page)  # a stick figure: nearly all of it is the page's own script
+    assert small - viewer < (whole - viewer) / 3
     assert lighter(light, triangles=3000, texture=256).surface.vertices is light.surface.vertices
 
 

@@ -53,7 +53,10 @@ def test_metrics_of_a_motion() -> None:
     metrics = physics_metrics(motion, feet=(2,))
     assert metrics.skating == 1.0
     assert metrics.slide == pytest.approx(50.0, rel=1e-4)
-    assert set(metrics.as_dict()) == {"skating", "penetration", "floating", "slide", "jitter", "bone_variation"}
+    names = {"skating", "penetration", "floating", "slide", "contact_slide", "contact_fast", "jitter", "bone_variation"}
+    assert set(metrics.as_dict()) == names
+    assert metrics.contact_slide == pytest.approx(1.0, rel=1e-4)  # 5 cm per frame at 20 fps, m/s
+    assert metrics.contact_fast == 1.0
     with pytest.raises(InputError, match="foot"):
         physics_metrics(
             Motion(**{**{f: getattr(motion, f) for f in ("joints", "rotations", "root", "fps", "parents")}, "joint_names": ("a", "b", "c")})

@@ -56,5 +56,6 @@ def test_an_old_pin_is_what_it_was(studio: Studio, data: Path) -> None:
     made = first.surface.provenance
     assert (first.pose, acting.pose) == ("open", "run")
     wide, tall, _ = np.ptp(acting.surface.vertices, axis=0)
+    # camera_distance is in the scene's own unit, which the guide's error scales (4.759665 m by .952391)
     told = (first.yaw, made["camera_height"], made["camera_distance"], acting.yaw, float(wide / tall))
-    assert told == pytest.approx((7.863627, 1.887709, 4.759665, -17.471598, 0.464476), abs=1e-5)
+    assert told == pytest.approx((7.863627, 1.887709, 4.533063, -17.471598, 0.464476), abs=1e-5)

@@ -118,7 +118,7 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
 
 
 def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
-    from a2v.body import fit_body
+    from a2v.body import FitSettings, fit_body
     from a2v.perception import PerceptionSettings, find_person
 
     clock = _Clock()
@@ -129,7 +129,7 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
     if (person & true).sum() < 0.5 * (person | true).sum():
         raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
     clock.start()
-    fit = fit_body(subject)
+    fit = fit_body(subject, settings=FitSettings(distance=settings.distance))
     clock.lap("fit")
     truth = Truth(case, settings)
     common = dict(clock.seconds)

@@ -8,19 +8,14 @@ from typing import Any
 from pipelines.engine.graph import Step
 
 
-def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
-    """The steps from a photo and an action (or a recorded motion) to the video and the exports."""
-    from pipelines.nodes import animation, body, export, motion, place, reconstruction, rendering, subject
+def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step, ...]:
+    """The steps from a photo (or several of one person) and an action (or a recorded motion) to the video and the exports."""
+    from pipelines.nodes import animation, export, motion, place, rendering, subject
 
     return (
         Step(motion.recorded if recorded else motion.motion, "motion"),
         Step(subject.subject, "subject"),
-        Step(body.photo_body, ("photo_body", "photo_camera")),
-        Step(reconstruction.surface, "surface"),
-        Step(body.body, "body"),
-        Step(reconstruction.handed, "handed"),
-        Step(reconstruction.faced, "faced"),
-        Step(reconstruction.colored, "colored"),
+        *(_of_several_photos() if several else _of_one_photo()),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),
         Step(animation.pose, "pose", "... -> pose[t]"),
@@ -30,7 +25,6 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
-        Step(reconstruction.shown, "shown"),
         Step(place.place, "place"),
         Step(place.placed, "placed", "posed[t] -> placed[t]"),
         Step(place.photo_clip, "photo_clip"),
@@ -38,6 +32,39 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
         Step(export.still, "still"),
+    )
+
+
+def _of_one_photo() -> tuple[Step, ...]:
+    """From the person in a photo to the coloured surface."""
+    from pipelines.nodes import body, reconstruction
+
+    return (
+        Step(body.photo_body, ("photo_body", "photo_camera")),
+        Step(reconstruction.surface, "surface"),
+        Step(body.body, "body"),
+        Step(reconstruction.handed, "handed"),
+        Step(reconstruction.faced, "faced"),
+        Step(reconstruction.colored, "colored"),
+        Step(reconstruction.shown, "shown"),
+    )
+
+
+def _of_several_photos() -> tuple[Step, ...]:
+    """The same from several photos of one person; `p` counts the further ones, `v` all of them."""
+    from pipelines.nodes import photos
+
+    return (
+        Step(photos.other_subject, "other_subject", "other[p] -> other_subject[p]"),
+        Step(photos.seen, "seen", "... -> seen[v]"),
+        Step(photos.alone, "alone", "seen[v] -> alone[v]"),
+        Step(photos.joined, "joined", "... -> joined[v]"),
+        Step(photos.shaped, "shaped", "seen[v], joined[v] -> shaped[v]"),
+        Step(photos.settled, "settled", "... -> settled[v]"),
+        Step(photos.first, ("photo_body", "photo_camera", "surface", "body")),
+        Step(photos.faced_together, "faced"),
+        Step(photos.colored_together, "colored"),
+        Step(photos.shown_together, "shown"),
     )
 
 

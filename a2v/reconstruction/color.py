@@ -11,24 +11,22 @@ import numpy as np
 from a2v.body.parts import on_parts
 from a2v.body.spots import Spots
 from a2v.errors import InputError
-from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
 from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMBS, SKIN
-from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
-from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
+from a2v.reconstruction.face.colors import face_paint
+from a2v.reconstruction.merged import on_vertices
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
 """Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
-STRAND = 0.05
-"""Largest detail of hair that is continued, sRGB."""
 _TONED = 15
 """At least so many vertices tell the tone of skin or hair."""
 _AROUND = 150
@@ -150,13 +148,18 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
+    others, main = () if canvas is None else canvas.others, known
+    if others:
+        others = tuple(other.beside(known, colors, faces, None if surface.face is None else surface.face.patch) for other in others)
+        known, colors = on_vertices(trust, known, colors, others)
+        seen, photo.known = seen | known, known
     near = _nearest_vertices(apart, settings.neighbors)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
-        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, spots=spots, neighbors=near)
+        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, main=main, spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
@@ -174,11 +177,13 @@ def color_surface(
     report(2, 4)
 
     baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
-    uv, texture = _bake(*baked, atlas.result()) if atlas is not None else (None, None)
+    uv, texture = bake(*baked, atlas.result(), others) if atlas is not None else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     if continued is not None:
         provenance["synthesis"] = dict(continued.report())
+    if others:
+        provenance["exposures"] = [[round(float(value), 3) for value in other.gain] for other in others]
     return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
 
 
@@ -214,18 +219,19 @@ def _continued(
     *,
     trust: FloatArray,
     known: BoolArray,
+    main: BoolArray,
     spots: Spots,
     neighbors: IntArray,
 ) -> Continuation:
-    """What the photo shows, continued over the unseen side."""
+    """What the photo shows, continued over the side that is unseen; `main` (V,) are those of the `known` (V,) vertices that this very photo shows."""
     pixels = photo.camera.project(vertices)
-    face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
+    face, skin = seen_face(photo.subject, pixels, colors, known=main, head=_head(spots))
     if skin is None:  # who turns away shows hands
         skin = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
     square = known & (trust > 0.9)  # at a glance the background, and what is before, shines in
     seen = Seen(
         vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
-        front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        front=seen_before(pixels, main, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face,
     )  # fmt: skip
     return continue_photo(seen, faces, normals, photo.clean, photo.camera)
@@ -294,13 +300,6 @@ def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: Bool
     return result
 
 
-def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
-    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
-    hair = labels == HAIR
-    detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
-    return detail
-
-
 def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:
     """The layout of the texture."""
     return make_atlas(vertices, faces, size=size, density=1.5 * camera.scale) if canvas is None else canvas.atlas
@@ -329,58 +328,3 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
     own = neighbors == np.arange(len(neighbors))[:, None]
     own[~own.any(axis=1), -1] = True
     return np.asarray(neighbors[~own].reshape(len(neighbors), count))
-
-
-def _bake(
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
-    colors: FloatArray,
-    photo: PhotoProjection,
-    paint: FacePaint | None,
-    continued: Continuation | None,
-    atlas: Atlas,
-) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    size = atlas.size
-    texture = np.zeros((size, size, 3), np.uint8)
-    borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
-    for top in range(0, size, 256):
-        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
-        if not len(rows):
-            continue
-        rows = rows + top
-        corner = faces[atlas.face[rows, columns]]
-        weight = atlas.barycentric[rows, columns][..., None]
-        point = (vertices[corner] * weight).sum(axis=1)
-        normal = (normals[corner] * weight).sum(axis=1)
-        trust = photo.trust(point, normal)[:, None]
-        if photo.canvas is not None:
-            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
-            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
-        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
-        sharp = sample_image(photo.clean, photo.camera.project(point))
-        if paint is not None:
-            kind = paint.kinds[corner].max(axis=1)
-            eye = kind == EYE
-            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
-            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
-        if continued is not None:
-            detail = continued.at(point, corner, weight[..., 0])
-            if photo.canvas is not None:
-                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
-            smooth = smooth + detail
-        mixed = trust * sharp + (1 - trust) * smooth
-        texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
-    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
-    filled_texel = atlas.face >= 0
-    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
-    middle = atlas.uv[missed].mean(axis=1) * size
-    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
-    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
-    lone = ~filled_texel[row, column]
-    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
-    filled_texel[row[lone], column[lone]] = True
-    # carry the charts' borders on, so that filtering and mipmaps see no gaps
-    index = nearest_known(filled_texel)
-    return atlas.uv, texture[index[0], index[1]]

@@ -66,6 +66,8 @@ class Scene(Sitting):
         What was asked to be around the person.
     around : mapping
         What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and the background is a drawn one.
+    turn : float
+        By how many degrees the person has turned since the first photo of the scene; 0 in that one.
     """
 
     parts: IntArray
@@ -79,6 +81,7 @@ class Scene(Sitting):
     shown: Sitting | None = None
     clutter: Clutter = NOTHING
     around: Mapping[str, object] = field(default_factory=dict)
+    turn: float = 0.0
 
     def solid(self) -> Solid:
         """The person as a solid."""
@@ -129,6 +132,7 @@ def draw_scene(
     varied: Callable[[np.random.Generator], Pose] | None = None,
     clutter: Clutter = NOTHING,
     chance: np.random.Generator | None = None,
+    again: tuple[float, np.random.Generator] | None = None,
 ) -> Scene:
     """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
@@ -145,10 +149,14 @@ def draw_scene(
         Draws the poses of ``settings.varied``.
     clutter, chance
         What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
+    again
+        Another photo of the same person in the same clothes: by how many degrees they have turned, and what draws pose and camera anew.
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
+    turn, generator = again or (0.0, generator)
     pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
+    yaw += turn
     placed = stand(outfit, pose | clutter.grip, yaw, generator, distance=settings.distance, height=settings.height)
     frame, seen = placed.frame, placed.seen
     held = _draw_guide(placed, guide, settings, generator)
@@ -174,6 +182,7 @@ def draw_scene(
         guide_faces=guide.faces,
         clutter=clutter,
         around=setting.around(clutter),
+        turn=turn,
     )
     return _among_things(scene, setting, origin, factor)
 

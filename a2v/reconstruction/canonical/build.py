@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
 from a2v.reconstruction.canonical.observe import observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
+from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
@@ -38,6 +40,7 @@ def canonical_person(
     *,
     settings: CharacterSettings = DEFAULT,
     face: FaceSettings | None = None,
+    others: Sequence[Sight] = (),
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
 
@@ -53,6 +56,9 @@ def canonical_person(
     subject, camera
     body : Body
         Anny, fitted to the surface.
+    others : sequence of Sight
+        Further photos of the same person, in any order; their bodies have the shape of `body`. Displacements are brought together at rest, and the face is that of the photo
+        that shows it best (`face_of`).
 
     Returns
     -------
@@ -61,24 +67,34 @@ def canonical_person(
     """
     mesh = topology()
     face = face or FaceSettings()
-    laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
-    body = laid.turned(body)
-    posed, rest = with_teeth(body)
-    turns = blended_turns(body)
+    sights = [Sight(subject, body, camera, person), *others]
+    shown = face_of([sight.subject for sight in sights])
+    faced = sights[shown]
+    laid = lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face) if face.expressions else NO_FACE
+    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
+    posed, rest = with_teeth(sights[shown].body)
+    turns = blended_turns(sights[shown].body)
     posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(body, rest)
-    posed, rest = posed + np.einsum("vab,vb->va", turns, shod - rest), shod
-    posed, rest = without_anatomy(body, posed), without_anatomy(body, rest)
-    skin, at_rest = mesh.refined(posed), mesh.refined(rest)
+    shod = in_shoes(sights[shown].body, rest)
+    poses = [
+        posed + np.einsum("vab,vb->va", turns, shod - rest) if number == shown else _carried(sight.body, shod)
+        for number, sight in enumerate(sights)
+    ]
+    body = sights[0].body
+    at_rest = mesh.refined(without_anatomy(body, shod))
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
-    bent = mesh.spread(np.linalg.det(turns))
-    seen = observe(person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
-    weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
+    seen, certain = [], []
+    for sight, pose in zip(sights, poses, strict=True):
+        skin = mesh.refined(without_anatomy(sight.body, pose))
+        bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
+        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near))
+        certain.append(seen[-1].weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
+    observed, weight = merged(seen, certain) if others else (seen[0].offset, certain[0])
     offset = solve_offsets(
-        at_rest, mesh.faces, seen.offset, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
+        at_rest, mesh.faces, observed, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
     )
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing = Standing(
@@ -87,9 +103,15 @@ def canonical_person(
     )  # fmt: skip
     surface = Surface(
         vertices=posed_vertices(standing, body), faces=mesh.faces.astype(np.int32), colors=np.full(vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
+        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+
+
+def _carried(body: Body, shod: FloatArray) -> FloatArray:
+    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3) with shoes and a face."""
+    posed, rest = with_teeth(body)
+    return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

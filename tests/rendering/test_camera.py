@@ -70,7 +70,7 @@ def test_who_stands_takes_the_share_that_is_asked_for() -> None:
     for share in (0.4, 0.7):
         camera = follow_cameras(track, framing=Framing(share=share))["front"][0]
         middle = track[0].mean(axis=0) * (0, 0, 1) + camera.target * np.array([1, 0, 0])
-        low, high = camera.project(np.array([middle, middle + (0, 1.8, 0)]), 1)[:, 1]
+        low, high = camera.project(np.array([middle, middle + np.array([0, 1.8, 0])]), 1)[:, 1]
         assert low - high == pytest.approx(share, abs=0.01)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from a2v.body.parts import PARTS
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.images import sample_image
 from a2v.geometry.mesh import evened, vertex_normals
@@ -16,10 +17,8 @@ from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
-NEAR = 0.03
-"""Places of one part that two photos show so near each other at rest, metres, have the same colour: by them exposures are compared."""
-_LEAST = 100
-"""So many such places tell an exposure; with fewer it stays as it is."""
+_LEAST = 60
+"""So many vertices of a part that both photos show tell an exposure."""
 _EXPOSURE = (0.4, 2.5)
 """Least and largest factor between the exposures of two photos."""
 _CLIPPED = (0.02, 0.97)
@@ -125,21 +124,27 @@ def on_vertices(
 def exposure(canvas: Canvas, main: tuple[BoolArray, FloatArray], other: tuple[BoolArray, FloatArray]) -> FloatArray:
     """The factor (3,) in linear RGB from another photo's exposure to the main one's.
 
-    `main` and `other` are which vertices (V,) each shows well, and their colours (V, 3). The median over places of the same part that are next to each
-    other at rest: both photos show them, or one on this side and one on that of where their views end.
+    `main` and `other` are which vertices (V,) each shows well, and their colours (V, 3). Of every part but the head, whose sides are face and hair, the
+    medians of what both photos show of it are compared; the middle of the parts, by how many vertices they have, is the factor. Where two views
+    end beside each other would be nearer, but there both see at a glance, and light from the side is in the colours.
     """
-    from scipy.spatial import cKDTree
-
-    ratios = []
+    ratios, counts = [], []
     for part in np.unique(canvas.parts):
-        here, there = (np.flatnonzero((canvas.parts == part) & known) for known, _ in (main, other))
-        if not len(here) or not len(there):
+        if PARTS[part] in ("head", "neck"):
             continue
-        away, nearest = cKDTree(canvas.rest[there]).query(canvas.rest[here], workers=1, distance_upper_bound=NEAR)
-        close = np.isfinite(away)
-        mine, theirs = main[1][here[close]], other[1][there[nearest[close]]]
-        clear = (np.minimum(mine, theirs) > _CLIPPED[0]).all(axis=1) & (np.maximum(mine, theirs) < _CLIPPED[1]).all(axis=1)
-        ratios.append(np.log(srgb_to_linear(mine[clear])) - np.log(srgb_to_linear(theirs[clear])))
-    if sum(map(len, ratios)) < _LEAST:
+        own = canvas.parts == part
+        shown = [colors[own & known] for known, colors in (main, other)]
+        shown = [colors[((colors > _CLIPPED[0]) & (colors < _CLIPPED[1])).all(axis=1)] for colors in shown]
+        if min(map(len, shown)) >= _LEAST:
+            medians = [np.log(np.median(srgb_to_linear(colors), axis=0)) for colors in shown]
+            ratios.append(medians[0] - medians[1])
+            counts.append(min(map(len, shown)))
+    if not ratios:
         return np.ones(3)
-    return np.asarray(np.clip(np.exp(np.median(np.concatenate(ratios), axis=0)), *_EXPOSURE))
+    found, weight = np.array(ratios), np.array(counts, np.float64)
+    factor = []
+    for channel in found.T:
+        order = np.argsort(channel)
+        share = np.cumsum(weight[order])
+        factor.append(channel[order][np.searchsorted(share, share[-1] / 2)])
+    return np.asarray(np.clip(np.exp(factor), *_EXPOSURE))

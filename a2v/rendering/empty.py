@@ -10,7 +10,7 @@ import numpy as np
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.lights import DiskLight
-from a2v.rendering.scene import SceneSettings, grid_factor
+from a2v.rendering.scene import SceneSettings, ground_pattern
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
@@ -82,7 +82,7 @@ def _lines(scene: SceneSettings, camera: ViewCamera, size: int, top: int) -> Flo
     """What the lines leave of the ground's albedo, (H - top, W), the mean over each pixel."""
     import cv2
 
-    if scene.grid == 0 or scene.grid_contrast == 0:
+    if not scene.is_patterned:
         return np.ones((size - top, size), np.float32)
     factor = _factor(scene)
     pixels, (across, down) = len(factor), _FINE
@@ -109,7 +109,7 @@ def _printed(scene: SceneSettings, place: FloatArray) -> FloatArray:
 
 @functools.lru_cache(maxsize=2)
 def _factor(scene: SceneSettings) -> FloatArray:
-    return grid_factor(scene).astype(np.float32)
+    return ground_pattern(scene).astype(np.float32)
 
 
 @functools.lru_cache(maxsize=16)

@@ -97,12 +97,11 @@ def faced_together(
     seen: np.ndarray, shaped: np.ndarray, settled: np.ndarray, face: FaceSettings, figure: CharacterSettings
 ) -> Ref[Reconstruction]:
     """As `faced`: the canonical character by what all photos show."""
-    from a2v.reconstruction.canonical import HANGS, SMALL_FACE, canonical_person, hangs_between_legs
+    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs
 
     main, *others = _sights(seen, shaped, settled)
-    if hangs_between_legs(main.person.surface, main.body):
-        note(HANGS.partition(":")[0] + ": of several photos legs are dressed one by one all the same")
-    made = canonical_person(main.person, main.subject, main.body, main.camera, settings=figure, face=face, others=others)
+    hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
+    made = canonical_person(main.person, main.subject, main.body, main.camera, settings=figure, face=face, hangs=hangs, others=others)
     if made.surface.provenance.get("small_face"):
         note(SMALL_FACE)
     return put(made)

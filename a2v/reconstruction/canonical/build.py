@@ -13,12 +13,14 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
-from a2v.reconstruction.canonical.observe import observe, ray_normals
+from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
+from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
 
@@ -40,6 +42,7 @@ def canonical_person(
     *,
     settings: CharacterSettings = DEFAULT,
     face: FaceSettings | None = None,
+    hangs: bool = False,
     others: Sequence[Sight] = (),
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
@@ -56,6 +59,8 @@ def canonical_person(
     subject, camera
     body : Body
         Anny, fitted to the surface.
+    hangs : bool
+        Whether cloth hangs between the legs (`hangs_between_legs`): it becomes a layer of its own.
     others : sequence of Sight
         Further photos of the same person, in any order; their bodies have the shape of `body`. Displacements are brought together at rest, and the face is that of the photo
         that shows it best (`face_of`).
@@ -81,16 +86,20 @@ def canonical_person(
         for number, sight in enumerate(sights)
     ]
     body = sights[0].body
-    at_rest = mesh.refined(without_anatomy(body, shod))
+    at_rest = mesh.refined(without_anatomy(sights[shown].body, shod))
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
+    skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
+    if skirt is not None:
+        asked &= ~covered(skirt, at_rest, parts)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     seen, certain = [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
         bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
-        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near))
+        view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
+        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near, view=view))
         certain.append(seen[-1].weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
     observed, weight = merged(seen, certain) if others else (seen[0].offset, certain[0])
     offset = solve_offsets(
@@ -101,8 +110,11 @@ def canonical_person(
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
         anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
     )  # fmt: skip
+    faces = mesh.faces
+    if skirt is not None:
+        standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
-        vertices=posed_vertices(standing, body), faces=mesh.faces.astype(np.int32), colors=np.full(vertices.shape, 0.6, np.float32),
+        vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
         face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)

@@ -13,20 +13,24 @@ from a2v.geometry.rays import texels
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.canonical.build import posed_vertices
 from a2v.reconstruction.canonical.several import Sight
+from a2v.reconstruction.canonical.skirt import body_layout, skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
-from a2v.reconstruction.canvas import Canvas, part_agreement
+from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
 from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.merged import OtherPhoto
-from a2v.types import OrthographicCamera, Progress, Reconstruction, Subject, Surface
+from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 
-def canvas_of(surface: Surface, subject: Subject, camera: OrthographicCamera, *, size: int) -> Canvas:
-    """The canvas of a canonical person's surface, in the photo's pose, with a texture of `size` texels."""
+def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int) -> Canvas:
+    """The canvas of a canonical person's surface, in the photo's pose and the flat frame of `camera`, with a texture of `size` texels."""
     assert surface.standing is not None
     parts = np.asarray(surface.standing.parts, np.int64)
+    own = len(topology().twin)
+    hanging = len(parts) - own
+    agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues_of(subject, body, camera, np.arange(len(parts)) >= own))
     return Canvas(
-        rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=topology().twin, atlas=layout(size),
-        agreement=part_agreement(surface, parts, subject, camera),
+        rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
+        atlas=layout(size, hanging), agreement=agreement,
     )  # fmt: skip
 
 
@@ -35,7 +39,7 @@ def color_by_photos(person: Reconstruction, sights: Sequence[Sight], *, settings
     assert person.surface.standing is not None
     face = int(person.surface.provenance.get("face_photo", 0))
     seen = [_as_in(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)]
-    canvases = [canvas_of(own, sight.subject, sight.camera.flat, size=settings.texture) for own, sight in zip(seen, sights, strict=True)]
+    canvases = [canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture) for own, sight in zip(seen, sights, strict=True)]
     others = tuple(
         OtherPhoto.of(seen[number], sight.subject, sight.camera.flat, canvases[number], delight=settings.delight)
         for number, sight in enumerate(sights)
@@ -57,8 +61,10 @@ def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
 
 
 @functools.lru_cache(maxsize=2)
-def layout(size: int) -> Atlas:
-    """MakeHuman's texture layout on `size` texels."""
+def layout(size: int, hanging: int = 0) -> Atlas:
+    """MakeHuman's texture layout on `size` texels; above the strip of a skirt of so many vertices that are `hanging`."""
     uv = topology().uv
+    if hanging:
+        uv = np.concatenate([body_layout(uv), skirt_layout(hanging)])
     face, barycentric = texels(uv.astype(np.float64) * size, size)
     return Atlas(uv, size, face, barycentric, float(size))

@@ -180,8 +180,8 @@ def _upright(first: Unknowns, second: Unknowns) -> Tensor:
     return square / (1 + square / LEANS**2)
 
 
-UNLIKE = 0.03
-"""Bodies at rest of the fits to single photos that are farther apart in the mean, metres, may be of different persons."""
+UNLIKE = 0.09
+"""Bodies at rest of the fits to single photos that are farther apart in the mean, metres, may be of different persons; those of one person were within 5 cm."""
 
 
 def doubts_of(alone: Sequence[FitResult], joined: Sequence[FitResult]) -> list[str]:

@@ -8,18 +8,15 @@ from typing import Any
 import numpy as np
 
 from a2v.body import FitSettings
-from a2v.errors import InputError
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
-from pipelines.engine.store import File, Ref, get, put
+from pipelines.engine.store import Ref, get, put
 from pipelines.nodes.subject import found_in
 from pipelines.nodes.values import Blob, Fitted
-
-ONE_ONLY = "several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo"
 
 
 @memo()
@@ -35,12 +32,10 @@ def seen(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[Subject]]
 
 
 @memo()
-def alone(seen: Ref[Subject], fit: FitSettings, body_model: File | None, figure: CharacterSettings) -> Ref[Fitted]:
+def alone(seen: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
     """Fit the body to one of the photos alone."""
     from a2v.body import doubts, fit_body
 
-    if body_model is not None or figure.kind != "canonical":
-        raise InputError(ONE_ONLY)
     result = fit_body(get(seen, Subject), settings=fit, progress=progress())
     measure(result.residuals)
     for text in doubts(result.residuals):

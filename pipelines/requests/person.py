@@ -112,13 +112,17 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         InputError
             A file cannot be read.
         """
+        paths = listed(self.more or "")
+        if paths and (self.character != "canonical" or self.fit.model != FitSettings.model):
+            raise InputError("several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo")
         files = {item.name: getattr(self, item.name) for item in dataclasses.fields(PhotoOptions) if item.name != "more"}
         parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters()
-        if not self.more:
+        if not paths:
             return parameters
-        others = [ref for ref in (put_file(store, path) for path in listed(self.more)) if ref is not None]
+        others = [ref for ref in (put_file(store, path) for path in paths) if ref is not None]
         if len({parameters["photo"].digest, *(ref.digest for ref in others)}) <= len(others):
             raise InputError("one photo is given twice; give every photo of the person once")
+        del parameters["body_model"]  # the shape that they share is Anny's
         return parameters | {"other": sorted(others, key=lambda ref: ref.digest)}  # their order means nothing
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.limbs_seen import arms_by_landmarks
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, BodyMap, BoolArray, ByteArray, Camera, FloatArray, IntArray, OrthographicCamera, Subject, Surface
-
-if TYPE_CHECKING:
-    from a2v.reconstruction.merged import OtherPhoto
 
 _MARGIN = 0.01
 """Pixels up to so far, metres, from another part's are not trusted, ..."""
@@ -54,8 +50,6 @@ class Canvas:
     atlas : Atlas
     agreement : (P, H / step, W / step) uint8
         For each part how far, 0 to 255, the photo's pixels are its own.
-    others : tuple of OtherPhoto
-        Further photos of the same person.
     """
 
     rest: FloatArray
@@ -63,7 +57,6 @@ class Canvas:
     twin: IntArray
     atlas: Atlas
     agreement: ByteArray
-    others: tuple[OtherPhoto, ...] = ()
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
         """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import face_paint
-from a2v.reconstruction.merged import on_vertices
+from a2v.reconstruction.merged import OtherPhoto, on_vertices
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -86,6 +87,7 @@ def color_surface(
     prior: FloatArray | None = None,
     spots: Spots | None = None,
     canvas: Canvas | None = None,
+    others: Sequence[OtherPhoto] = (),
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -106,6 +108,8 @@ def color_surface(
 
     canvas : Canvas, optional
         Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and every pixel is of what it meets.
+    others : sequence of OtherPhoto, optional
+        Further photos of a canonical person.
 
     Returns
     -------
@@ -148,7 +152,7 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
-    others, main = () if canvas is None else canvas.others, known
+    main = known
     if others:
         others = tuple(other.beside(known, colors, faces, None if surface.face is None else surface.face.patch) for other in others)
         known, colors = on_vertices(trust, known, colors, others)

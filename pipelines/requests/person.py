@@ -119,11 +119,11 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters()
         if not paths:
             return parameters
-        others = [ref for ref in (put_file(store, path) for path in paths) if ref is not None]
-        if len({parameters["photo"].digest, *(ref.digest for ref in others)}) <= len(others):
+        photos = [ref for path in (self.photo, *paths) if (ref := put_file(store, path)) is not None]
+        if len({ref.digest for ref in photos}) < len(photos):
             raise InputError("one photo is given twice; give every photo of the person once")
         del parameters["body_model"]  # the shape that they share is Anny's
-        return parameters | {"other": sorted(others, key=lambda ref: ref.digest)}  # their order means nothing
+        return parameters | {"other": sorted(photos[1:], key=lambda ref: ref.digest)}  # their order means nothing
 
 
 MOST_PHOTOS = 8

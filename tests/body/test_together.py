@@ -12,18 +12,10 @@ from a2v.body import FitResult, FitSettings, load_body_model, make_body
 from a2v.body.terms import alike
 from a2v.body.together import doubts_of, fit_together, shapes_differ
 from a2v.errors import InputError
-from a2v.kinematics.so3 import rotmat_to_rotvec, rotvec_to_rotmat
 from a2v.types import Body, Subject
-from tests.support.bodies import near_view, random_body
+from tests.support.bodies import near_view, random_body, turned
 
 QUICK = FitSettings(rounds=3, starts=0)
-
-
-def turned(body: Body, angle: float) -> Body:
-    """The same body turned about the vertical, on the ground."""
-    rotations = body.parameters["rotations"].copy()
-    rotations[0] = rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, angle, 0.0])) @ rotvec_to_rotmat(rotations[0].astype(np.float64)))
-    return make_body(load_body_model("anny"), rotations, body.parameters["shape"], grounded=True)
 
 
 def guessed(body: Body, subject: Subject, camera: object, shape: np.ndarray) -> FitResult:

@@ -150,24 +150,20 @@ def draw_scene(
     clutter, chance
         What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
     again
-        Another photo of the same person in the same clothes: by how many degrees they have turned, and what draws pose and camera anew.
+        Of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew.
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     turn, generator = again or (0.0, generator)
     pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
-    yaw += turn
-    placed = stand(outfit, pose | clutter.grip, yaw, generator, distance=settings.distance, height=settings.height)
-    frame, seen = placed.frame, placed.seen
+    placed = stand(outfit, pose | clutter.grip, yaw + turn, generator, distance=settings.distance, height=settings.height)
     held = _draw_guide(placed, guide, settings, generator)
-    # the photo's square around the person, and the guide's idea of the metre
     setting = _set(placed, settings, clutter, chance)
     origin = np.append(setting.middle, held[:, 2].mean())
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
-    vertices = (factor * (seen - origin)).astype(np.float32)
-    colors = dataclasses.replace(plain, texture=outfit.texture).vertex_colors()
-    made = {"avatar": plain.name, "pose": name, **_told(frame, origin, factor)}
-    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=outfit.texture, provenance=made)
+    vertices = (factor * (placed.seen - origin)).astype(np.float32)
+    made = {"avatar": plain.name, "pose": name, **_told(placed.frame, origin, factor)}
+    surface = _textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made)
     scene = Scene(
         surface=surface,
         parts=plain.parts,
@@ -176,7 +172,7 @@ def draw_scene(
         guide=(factor * (held - origin)).astype(np.float32),
         landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
         camera=_camera(setting.square, origin, factor),
-        yaw=float((yaw + 180) % 360 - 180),
+        yaw=float((yaw + turn + 180) % 360 - 180),
         avatar=plain.name,
         pose=name,
         guide_faces=guide.faces,
@@ -185,6 +181,13 @@ def draw_scene(
         turn=turn,
     )
     return _among_things(scene, setting, origin, factor)
+
+
+def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) -> Surface:
+    """An avatar's surface elsewhere."""
+    return Surface(
+        vertices=vertices, faces=avatar.faces, colors=avatar.vertex_colors(), uv=avatar.uv, texture=avatar.texture, provenance=made
+    )
 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:

@@ -12,7 +12,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
+from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
@@ -62,8 +62,7 @@ def canonical_person(
     hangs : bool
         Whether cloth hangs between the legs (`hangs_between_legs`): it becomes a layer of its own.
     others : sequence of Sight
-        Further photos of the same person, in any order; their bodies have the shape of `body`. Displacements are brought together at rest, and the face is that of the photo
-        that shows it best (`face_of`).
+        Further photos of the same person, in any order; their bodies have the shape of `body`.
 
     Returns
     -------
@@ -71,20 +70,7 @@ def canonical_person(
         Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
     """
     mesh = topology()
-    face = face or FaceSettings()
-    sights = [Sight(subject, body, camera, person), *others]
-    shown = face_of([sight.subject for sight in sights])
-    faced = sights[shown]
-    laid = lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face) if face.expressions else NO_FACE
-    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
-    posed, rest = with_teeth(sights[shown].body)
-    turns = blended_turns(sights[shown].body)
-    posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(sights[shown].body, rest)
-    poses = [
-        posed + np.einsum("vab,vb->va", turns, shod - rest) if number == shown else _carried(sight.body, shod)
-        for number, sight in enumerate(sights)
-    ]
+    sights, shown, laid, poses, shod = _shod([Sight(subject, body, camera, person), *others], face or FaceSettings())
     body = sights[0].body
     at_rest = mesh.refined(without_anatomy(sights[shown].body, shod))
     weights, bones = four_weights(mesh, body)
@@ -94,17 +80,9 @@ def canonical_person(
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
-    seen, certain = [], []
-    for sight, pose in zip(sights, poses, strict=True):
-        skin = mesh.refined(without_anatomy(sight.body, pose))
-        bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
-        view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
-        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near, view=view))
-        certain.append(seen[-1].weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
-    observed, weight = merged(seen, certain) if others else (seen[0].offset, certain[0])
-    offset = solve_offsets(
-        at_rest, mesh.faces, observed, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
-    )
+    observed, weight = _observed(sights, poses, mesh, at_rest, asked, near=settings.near)
+    certain = weight * ~sole
+    offset = solve_offsets(at_rest, mesh.faces, observed, certain, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing = Standing(
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
@@ -118,6 +96,37 @@ def canonical_person(
         face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+
+
+def _shod(given: Sequence[Sight], face: FaceSettings) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
+    """The sights with the head turned as the photo that shows the face best has it, which one that is, its face on the body, and Anny's vertices and
+    teeth (13854, 3) with this face and with shoes: in the pose of every photo, and at rest.
+    """
+    sights, shown = list(given), face_of([sight.subject for sight in given])
+    faced = sights[shown]
+    laid = lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face) if face.expressions else NO_FACE
+    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
+    posed, rest = with_teeth(sights[shown].body)
+    turns = blended_turns(sights[shown].body)
+    posed, rest = laid.applied(posed, rest, turns)
+    shod = in_shoes(sights[shown].body, rest)
+    own = posed + np.einsum("vab,vb->va", turns, shod - rest)
+    return sights, shown, laid, [own if number == shown else _carried(sight.body, shod) for number, sight in enumerate(sights)], shod
+
+
+def _observed(
+    sights: Sequence[Sight], poses: Sequence[FloatArray], mesh: Topology, at_rest: FloatArray, asked: BoolArray, *, near: float
+) -> tuple[FloatArray, FloatArray]:
+    """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses` (13854, 3) Anny's vertices and teeth are given."""
+    seen, certain = [], []
+    for sight, pose in zip(sights, poses, strict=True):
+        skin = mesh.refined(without_anatomy(sight.body, pose))
+        bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
+        view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
+        parts = sight.body.parts[mesh.nearest].astype(np.int64)
+        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=near, view=view))
+        certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
+    return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])
 
 
 def _carried(body: Body, shod: FloatArray) -> FloatArray:

@@ -48,7 +48,7 @@ def color_by_photos(person: Reconstruction, sights: Sequence[Sight], *, settings
     main = sights[face]
     colored = color_surface(
         seen[face], main.subject, main.camera.flat, prior=person.expected_colors, spots=spots_of(person.surface.standing.anchors, main.body),
-        canvas=dataclasses.replace(canvases[face], others=others), settings=settings, progress=progress,
+        canvas=canvases[face], others=others, settings=settings, progress=progress,
     )  # fmt: skip
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 

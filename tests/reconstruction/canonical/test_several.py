@@ -94,8 +94,7 @@ def test_a_person_before_and_behind_has_the_colours_of_both_photos():
     from a2v.reconstruction.canonical import canonical_person
     from a2v.reconstruction.canonical.several import Sight
     from a2v.types import Reconstruction
-    from tests.body.test_together import turned
-    from tests.support.bodies import near_view, random_body
+    from tests.support.bodies import near_view, random_body, turned
     from tests.support.surfaces import coated
 
     front = random_body(5, spread=0.3, yaw=0.0)

@@ -141,19 +141,10 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
 def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None) -> Result:
     from a2v.body import FitSettings, fit_body
     from a2v.lab.evaluation.reconstruction.characters import character_of
-    from a2v.perception import PerceptionSettings, find_person
 
     clock = _Clock()
-    perception, fitting = PerceptionSettings(bodymap=settings.bodymap), FitSettings(distance=settings.distance)
-
-    def seen(photo: Case) -> Subject:
-        subject = find_person(photo.image, mask=photo.mask if settings.true_mask else None, settings=perception)
-        person, true = mask_in_photo(subject) > 0.5, photo.mask > 127
-        if (person & true).sum() < 0.5 * (person | true).sum():
-            raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
-        return subject
-
-    subject = seen(case)
+    fitting = FitSettings(distance=settings.distance)
+    subject = _seen(case, settings)
     clock.lap("perception")
     fit = fit_body(subject, settings=fitting)
     clock.lap("fit")
@@ -169,7 +160,7 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
             if turn not in turned:
                 if again is None:
                     raise InputError(f"{method.name} needs further photos of the person; there are none")
-                other = seen(again(turn))
+                other = _seen(again(turn), settings)
                 turned[turn] = other, fit_body(other, settings=fitting)
         photos = [(subject, fit), *(turned[turn] for turn in method.turns)]
         clock.lap("fit")
@@ -199,6 +190,18 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
     return Result(
         case, Outcome(case.name, case.index, case.facts, scores, seconds, made, truth.compare_fit(fit, subject)), surfaces, subject
     )
+
+
+def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
+    """The person whom perception finds in a photo."""
+    from a2v.perception import PerceptionSettings, find_person
+
+    mask = case.mask if settings.true_mask else None
+    subject = find_person(case.image, mask=mask, settings=PerceptionSettings(bodymap=settings.bodymap))
+    person, true = mask_in_photo(subject) > 0.5, case.mask > 127
+    if (person & true).sum() < 0.5 * (person | true).sum():
+        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
+    return subject
 
 
 class _Clock:

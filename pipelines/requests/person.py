@@ -27,10 +27,10 @@ ENGINE = EngineSettings()
 class PhotoOptions:
     """The photo, and what replaces the detectors."""
 
-    photo: str = option("the person, seen whole: JPEG, PNG...; again for further photos of the same person (--more)", more="more")
+    photo: str = option("the person, seen whole: JPEG, PNG...; again for further photos of the same person", more="more")
     more: str | None = option(
         "further photos of the same person in the same clothes, with commas: from behind, from the side; the first one's pose is kept",
-        default=None, metavar="FILES",
+        default=None, metavar="FILES", rare=True,
     )  # fmt: skip
     mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
     keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE")

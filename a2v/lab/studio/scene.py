@@ -149,8 +149,7 @@ def draw_scene(
         Draws the poses of ``settings.varied``.
     clutter, chance
         What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
-    again
-        Of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew.
+    again : of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
@@ -163,9 +162,8 @@ def draw_scene(
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
     vertices = (factor * (placed.seen - origin)).astype(np.float32)
     made = {"avatar": plain.name, "pose": name, **_told(placed.frame, origin, factor)}
-    surface = _textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made)
     scene = Scene(
-        surface=surface,
+        surface=_textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made),
         parts=plain.parts,
         normals=smooth_normals(vertices, plain.faces, prepared.places),
         faces=faces,

@@ -71,8 +71,7 @@ def canonical_person(
     """
     mesh = topology()
     sights, shown, laid, poses, shod = _shod([Sight(subject, body, camera, person), *others], face or FaceSettings())
-    body = sights[0].body
-    at_rest = mesh.refined(without_anatomy(sights[shown].body, shod))
+    body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
@@ -81,8 +80,7 @@ def canonical_person(
         asked &= ~covered(skirt, at_rest, parts)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, mesh, at_rest, asked, near=settings.near)
-    certain = weight * ~sole
-    offset = solve_offsets(at_rest, mesh.faces, observed, certain, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
+    offset = solve_offsets(at_rest, mesh.faces, observed, weight * ~sole, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing = Standing(
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),

@@ -168,7 +168,7 @@ def test_an_arm_that_is_fitted_wrongly_is_where_its_landmarks_are(body: Body) ->
     lower = PARTS.index("left_lower_arm")
     at_body = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
     assert not at_body[1][lower]
-    keypoints[15, :2] = CAMERA.project(joints[0]) + [-300, 300]
+    keypoints[15, :2] = CAMERA.project(joints[0]) + np.array([-300, 300])
     crossed, better = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
     assert better[lower]
     column, row = (keypoints[15, :2] / 2).astype(int)

@@ -32,9 +32,9 @@ from a2v.kinematics import bone_lengths
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, outpaint, sample_each
 from a2v.motion.direct import make_motion
+from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.prompts import Step
 from a2v.motion.ways import Path as Path2D
-from a2v.motion.wishes import Direction, Hold, Keyframe
 from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, save_stick_figures
 
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size

@@ -50,7 +50,7 @@ class FilmRequest(Request):
         return self.background == PHOTO
 
     def resolve(self, store: Store) -> Parameters:
-        """`render`, `cameras`, `backdrop`, `scene` and `deform`.
+        """`render`, `cameras`, `backdrop`, `look` and `deform`.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class FilmRequest(Request):
             seed=self.render_seed,
         )
         check_views(render.views, cameras)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look), "deform": self.deform}
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": read_look(self.look), "deform": self.deform}
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:

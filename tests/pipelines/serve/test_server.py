@@ -346,7 +346,7 @@ def test_records_that_are_none_of_ours_are_passed_over(tmp_path: Path) -> None:
 def test_the_clock_knows_more_as_frames_come(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    clock = Clock(frames=10, pictures=10, samples=256 * 256 * 8, known=True, measured={"frame": 1.0, "posed": 0.0})
+    clock = Clock(frames=10, pictures=10, samples=256 * 256 * 8, known=True, measured={"frame": 1.0, "vertices": 0.0})
     first = clock.take(Update("subject", 1, 1))
     assert first["left"] < 15  # type: ignore[operator]  # a remembered character costs nothing
     for done in range(1, 8):

@@ -13,22 +13,22 @@ def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step,
     from pipelines.nodes import animation, export, motion, place, rendering, subject
 
     return (
-        Step(motion.recorded if recorded else motion.motion, "motion"),
+        Step(motion.recorded_motion if recorded else motion.motion, "motion"),
         Step(subject.subject, "subject"),
         *(_of_several_photos() if several else _of_one_photo()),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),
         Step(animation.pose, "pose", "... -> pose[t]"),
-        Step(animation.posed, "posed", "pose[t] -> posed[t]"),
-        Step(rendering.look, "look"),
+        Step(animation.vertices, "vertices", "pose[t] -> vertices[t]"),
+        Step(rendering.frame_settings, "frame_settings"),
         Step(rendering.camera, "camera", "... -> camera[t, c]"),
-        Step(rendering.frame, "frame", "posed[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
+        Step(rendering.frame, "frame", "vertices[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
         Step(place.place, "place"),
-        Step(place.placed, "placed", "posed[t] -> placed[t]"),
+        Step(place.photo_frame, "photo_frame", "vertices[t] -> photo_frame[t]"),
         Step(place.photo_clip, "photo_clip"),
-        Step(export.exported, "exported"),
+        Step(export.engine_character, "engine_character"),
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
         Step(export.still, "still"),
@@ -43,10 +43,10 @@ def _of_one_photo() -> tuple[Step, ...]:
         Step(body.photo_body, ("photo_body", "photo_camera")),
         Step(reconstruction.surface, "surface"),
         Step(body.body, "body"),
-        Step(reconstruction.handed, "handed"),
-        Step(reconstruction.faced, "faced"),
-        Step(reconstruction.colored, "colored"),
-        Step(reconstruction.shown, "shown"),
+        Step(reconstruction.surface_with_hands, "surface_with_hands"),
+        Step(reconstruction.surface_with_face, "surface_with_face"),
+        Step(reconstruction.colored_surface, "colored_surface"),
+        Step(reconstruction.shaded_surface, "shaded_surface"),
     )
 
 
@@ -56,15 +56,15 @@ def _of_several_photos() -> tuple[Step, ...]:
 
     return (
         Step(photos.other_subject, "other_subject", "other[p] -> other_subject[p]"),
-        Step(photos.seen, "seen", "... -> seen[v]"),
-        Step(photos.alone, "alone", "seen[v] -> alone[v]"),
-        Step(photos.joined, "joined", "... -> joined[v]"),
-        Step(photos.shaped, "shaped", "seen[v], joined[v] -> shaped[v]"),
-        Step(photos.settled, "settled", "... -> settled[v]"),
-        Step(photos.first, ("photo_body", "photo_camera", "surface", "body")),
-        Step(photos.faced_together, "faced"),
-        Step(photos.colored_together, "colored"),
-        Step(photos.shown_together, "shown"),
+        Step(photos.each_subject, "each_subject", "... -> each_subject[v]"),
+        Step(photos.each_fit, "each_fit", "each_subject[v] -> each_fit[v]"),
+        Step(photos.joint_fit, "joint_fit", "... -> joint_fit[v]"),
+        Step(photos.each_surface, "each_surface", "each_subject[v], joint_fit[v] -> each_surface[v]"),
+        Step(photos.surface_fit, "surface_fit", "... -> surface_fit[v]"),
+        Step(photos.first_photo, ("photo_body", "photo_camera", "surface", "body")),
+        Step(photos.person_of_photos, "surface_with_face"),
+        Step(photos.colored_by_photos, "colored_surface"),
+        Step(photos.shaded_by_photos, "shaded_surface"),
     )
 
 

@@ -79,11 +79,11 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     store = Store()
     parameters = video_parameters(store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed)
     bars = Bars()
-    outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
+    outcome = run(["subject", "colored_surface", "poses", "character"], store=store, progress=bars, **parameters)
     bars.close()
     for text in outcome.notes:
         print(f"{photo.stem}: {text}", file=sys.stderr)
-    still = surface_sheet(outcome.get("colored", Surface))
+    still = surface_sheet(outcome.get("colored_surface", Surface))
     subject, character = outcome.get("subject", Subject), outcome.get("character", Character)
     transforms = outcome.get("poses", Poses).bone_transforms
     # only what is shown is rendered
@@ -116,9 +116,9 @@ def t_pose_row(character: Character, width: int) -> np.ndarray:
 def face_sheet(photo: Path, *, size: int) -> np.ndarray:
     """The photo's face, its expressions from before and turned by 45 degrees; prints how far landmarks are off, pixels of a face of 512."""
     bars = Bars()
-    outcome = run(["subject", "photo_camera", "colored"], store=Store(), progress=bars, **video_parameters(Store(), photo, "Walk"))
+    outcome = run(["subject", "photo_camera", "colored_surface"], store=Store(), progress=bars, **video_parameters(Store(), photo, "Walk"))
     bars.close()
-    surface, subject = outcome.get("colored", Surface), outcome.get("subject", Subject)
+    surface, subject = outcome.get("colored_surface", Surface), outcome.get("subject", Subject)
     if surface.face is None or subject.face is None:
         print(f"{photo.stem}: {surface.provenance.get('face')}")
         return np.full((size, 6 * size, 3), 235, np.uint8)

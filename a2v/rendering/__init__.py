@@ -13,7 +13,7 @@ from a2v.rendering.images import contact_sheet, side_by_side
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Renderer
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.rendering.variant import activate, choose_variant
 from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp, write_within
 
@@ -24,8 +24,8 @@ __all__ = [
     "Cutout",
     "Framing",
     "Layers",
+    "LookSettings",
     "Renderer",
-    "SceneSettings",
     "VideoInfo",
     "ViewCamera",
     "activate",

@@ -44,12 +44,12 @@ def run(options: Options) -> Answer:
     options.engines.check(path)
     check_writable(path.parent)
     parameters = options.person.resolve(Store(options.running.cache))
-    outcome = options.running.run("still" if options.engines.plain else "exported", parameters, start=options.start)
+    outcome = options.running.run("still" if options.engines.plain else "engine_character", parameters, start=options.start)
     written = [path]
     if options.engines.plain:
         write_blob(outcome, outcome.values["still"], path)
     else:
-        written = options.engines.write(path, outcome.get("exported", Character), _write)
+        written = options.engines.write(path, outcome.get("engine_character", Character), _write)
     options.running.tell_times(outcome)
     return Answer(files=written, notes=outcome.notes)
 

@@ -26,17 +26,17 @@ def other_subject(other: Ref[Blob], perception: PerceptionSettings) -> Ref[Subje
 
 
 @memo(remember=False)
-def seen(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[Subject]]:
+def each_subject(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[Subject]]:
     """The person in every photo, the first one first."""
     return [subject, *other_subject]
 
 
 @memo()
-def alone(seen: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
+def each_fit(each_subject: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
     """Fit the body to one of the photos alone."""
     from a2v.body import doubts, fit_body
 
-    result = fit_body(get(seen, Subject), settings=fit, progress=progress())
+    result = fit_body(get(each_subject, Subject), settings=fit, progress=progress())
     measure(result.residuals)
     for text in doubts(result.residuals):
         note(text)
@@ -44,11 +44,11 @@ def alone(seen: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
 
 
 @memo()
-def joined(seen: np.ndarray, alone: np.ndarray, fit: FitSettings) -> list[Ref[Fitted]]:
+def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) -> list[Ref[Fitted]]:
     """One shape for all photos, a pose and a camera for each."""
     from a2v.body.together import doubts_of, fit_together
 
-    subjects, fits = [get(ref, Subject) for ref in seen], [get(ref, Fitted).result for ref in alone]
+    subjects, fits = [get(ref, Subject) for ref in each_subject], [get(ref, Fitted).result for ref in each_fit]
     results = fit_together(subjects, fits, settings=fit, progress=progress())
     measure({**results[0].residuals, "other_photos": [result.residuals for result in results[1:]]})
     for text in doubts_of(fits, results):
@@ -57,22 +57,22 @@ def joined(seen: np.ndarray, alone: np.ndarray, fit: FitSettings) -> list[Ref[Fi
 
 
 @memo()
-def shaped(seen: Ref[Subject], joined: Ref[Fitted], shape: BackendSettings) -> Ref[Reconstruction]:
+def each_surface(each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings) -> Ref[Reconstruction]:
     """As `surface`, of each photo."""
     from a2v.reconstruction.backends import reconstruct
 
-    own = get(joined, Fitted)
-    return put(reconstruct(get(seen, Subject), own.body, own.camera, shape, progress=progress()))
+    own = get(joint_fit, Fitted)
+    return put(reconstruct(get(each_subject, Subject), own.body, own.camera, shape, progress=progress()))
 
 
 @memo()
-def settled(seen: np.ndarray, joined: np.ndarray, shaped: np.ndarray, fit: FitSettings, hands: HandSettings) -> list[Ref[Fitted]]:
+def surface_fit(each_subject: np.ndarray, joint_fit: np.ndarray, each_surface: np.ndarray, fit: FitSettings, hands: HandSettings) -> list[Ref[Fitted]]:
     """As `body`, of all photos: one shape and their poses by the reconstructed surfaces (Eq. 15-18), and bent fingers."""
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 
-    subjects, people = [get(ref, Subject) for ref in seen], [get(ref, Reconstruction) for ref in shaped]
-    fits = [get(ref, Fitted).result for ref in joined]
+    subjects, people = [get(ref, Subject) for ref in each_subject], [get(ref, Reconstruction) for ref in each_surface]
+    fits = [get(ref, Fitted).result for ref in joint_fit]
     if not any(person.from_body for person in people):
         fits = fit_together(subjects, fits, settings=fit, surfaces=[person.surface for person in people], progress=progress())
         measure(fits[0].residuals)
@@ -81,20 +81,20 @@ def settled(seen: np.ndarray, joined: np.ndarray, shaped: np.ndarray, fit: FitSe
 
 
 @memo(remember=False)
-def first(joined: np.ndarray, shaped: np.ndarray, settled: np.ndarray) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
+def first_photo(joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
     """What the first photo gives, in whose pose the character is made: the body by the photo, its camera, the surface, the body by the surface."""
-    by_photo = get(joined[0], Fitted)
-    return put(by_photo.body), put(by_photo.camera), shaped[0], put(get(settled[0], Fitted).body)
+    by_photo = get(joint_fit[0], Fitted)
+    return put(by_photo.body), put(by_photo.camera), each_surface[0], put(get(surface_fit[0], Fitted).body)
 
 
 @memo()
-def faced_together(
-    seen: np.ndarray, shaped: np.ndarray, settled: np.ndarray, face: FaceSettings, figure: CharacterSettings
+def person_of_photos(
+    each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, face: FaceSettings, figure: CharacterSettings
 ) -> Ref[Reconstruction]:
-    """As `faced`: the canonical character by what all photos show."""
+    """As `surface_with_face`: the canonical character by what all photos show."""
     from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs
 
-    main, *others = _sights(seen, shaped, settled)
+    main, *others = _sights(each_subject, each_surface, surface_fit)
     hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
     made = canonical_person(main.person, main.subject, main.body, main.camera, settings=figure, face=face, hangs=hangs, others=others)
     if made.surface.provenance.get("small_face"):
@@ -103,31 +103,31 @@ def faced_together(
 
 
 @memo()
-def colored_together(faced: Ref[Reconstruction], seen: np.ndarray, shaped: np.ndarray, settled: np.ndarray, color: ColorSettings) -> Ref[Surface]:
-    """As `colored`: each place in the colours of the photo that saw it best."""
-    return put(_colored(faced, seen, shaped, settled, color))
+def colored_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+    """As `colored_surface`: each place in the colours of the photo that saw it best."""
+    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
 
 
 @memo()
-def shown_together(faced: Ref[Reconstruction], seen: np.ndarray, shaped: np.ndarray, settled: np.ndarray, color: ColorSettings) -> Ref[Surface]:
-    """As `shown`."""
-    return put(_colored(faced, seen, shaped, settled, dataclasses.replace(color, delight=False)))
+def shaded_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+    """As `shaded_surface`."""
+    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, dataclasses.replace(color, delight=False)))
 
 
-def _colored(faced: Ref[Reconstruction], seen: Any, shaped: Any, settled: Any, color: ColorSettings) -> Surface:
+def _colored(surface_with_face: Ref[Reconstruction], each_subject: Any, each_surface: Any, surface_fit: Any, color: ColorSettings) -> Surface:
     from a2v.reconstruction.backends import color_by_photo
 
-    main, *others = _sights(seen, shaped, settled)
-    colored = color_by_photo(get(faced, Reconstruction), main.subject, main.body, main.camera, settings=color, progress=progress(), others=others)
+    main, *others = _sights(each_subject, each_surface, surface_fit)
+    colored = color_by_photo(get(surface_with_face, Reconstruction), main.subject, main.body, main.camera, settings=color, progress=progress(), others=others)
     measure({"exposures": colored.provenance.get("exposures", [])})
     return colored
 
 
-def _sights(seen: Any, shaped: Any, settled: Any) -> list[Any]:
+def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]:
     from a2v.reconstruction.canonical.several import Sight
 
     found = []
-    for subject, person, fitted in zip(seen, shaped, settled, strict=True):
+    for subject, person, fitted in zip(each_subject, each_surface, surface_fit, strict=True):
         own = get(fitted, Fitted)
         found.append(Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction)))
     return found

@@ -57,7 +57,7 @@ class FilmRequest(Request):
         return self.background == PHOTO
 
     def resolve(self, store: Store) -> Parameters:
-        """`render`, `cameras`, `backdrop`, `scene` and `deform`.
+        """`render`, `cameras`, `backdrop`, `look` and `deform`.
 
         Raises
         ------
@@ -82,7 +82,7 @@ class FilmRequest(Request):
             follow=self.camera != STILL,
         )
         check_views(render.views, cameras)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look), "deform": self.deform}
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": read_look(self.look), "deform": self.deform}
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:

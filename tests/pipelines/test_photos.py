@@ -67,22 +67,22 @@ def test_both_graphs_are_sound_and_give_the_same_values(tmp_path):
     for recorded in (False, True):
         build(video_graph(recorded=recorded, several=True), store=Store(tmp_path))
     outputs = [{name for step in video_graph(several=several) for name in step.outputs} for several in (False, True)]
-    assert outputs[0] - {"handed"} <= outputs[1]
+    assert outputs[0] - {"surface_with_hands"} <= outputs[1]
 
 
 def test_a_character_is_made_of_two_photos_and_a_third_one_finds_their_people_known(photos, tmp_path):
     store, quick = Store(tmp_path), {"backend": "body-prior", "fit.rounds": 3, "fit.starts": 0, "color.texture": 256, "color.synthesis": False}
     given = PersonRequest.of(photo=photos[0], more=photos[1], **quick).resolve(store)
-    made = run(["character", "body", "colored"], store=store, executor="serial", **given)
-    character, colored = made.get("character", Character), made.get("colored", Surface)
+    made = run(["character", "body", "colored_surface"], store=store, executor="serial", **given)
+    character, colored = made.get("character", Character), made.get("colored_surface", Surface)
     assert character.surface.texture is not None
     assert colored.provenance["photos"] == 2
     assert len(colored.provenance["exposures"]) == 1
     assert made.get("body", Body).model == "anny"
-    again = run(["subject", "other_subject", "alone"], store=store, executor="serial", **PersonRequest.of(photo=photos[0], more=",".join(photos[1:]), **quick).resolve(store))
+    again = run(["subject", "other_subject", "each_fit"], store=store, executor="serial", **PersonRequest.of(photo=photos[0], more=",".join(photos[1:]), **quick).resolve(store))
     assert again.nodes["subject"].cached == 1
     assert (again.nodes["other_subject"].calls, again.nodes["other_subject"].cached) == (2, 1)
-    assert (again.nodes["alone"].calls, again.nodes["alone"].cached) == (3, 2)
+    assert (again.nodes["each_fit"].calls, again.nodes["each_fit"].cached) == (3, 2)
 
 
 def test_several_photos_need_the_canonical_character(photos, tmp_path):

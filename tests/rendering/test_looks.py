@@ -10,7 +10,7 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb
-from a2v.rendering import LOOKS, Renderer, SceneSettings, ViewCamera, read_look
+from a2v.rendering import LOOKS, LookSettings, Renderer, ViewCamera, read_look
 from a2v.rendering.empty import empty_stage
 from a2v.rendering.region import region
 from a2v.rendering.scene import ground_pattern
@@ -32,7 +32,7 @@ def smooth(picture: FloatArray) -> FloatArray:
 
 
 def test_the_studio_is_what_settings_are_without_a_look() -> None:
-    assert read_look("studio") == SceneSettings()
+    assert read_look("studio") == LookSettings()
     assert len({read_look(name).sun for name in LOOKS}) == len(LOOKS)
 
 
@@ -48,7 +48,7 @@ def test_a_look_of_ones_own(tmp_path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("sun: [1, 0.5, 0.25]\nzenith: [0.1, 0.2, 0.3]\nbounces: 1\n")
     scene = read_look(path)
-    assert scene == SceneSettings(sun=(1.0, 0.5, 0.25), zenith=(0.1, 0.2, 0.3), bounces=1)
+    assert scene == LookSettings(sun=(1.0, 0.5, 0.25), zenith=(0.1, 0.2, 0.3), bounces=1)
     for text, told in (
         ("sunn: [1, 1, 1]", "did you mean sun"),
         ("sun: [1, 1]", "expected three numbers"),
@@ -70,7 +70,7 @@ def test_a_look_of_ones_own(tmp_path) -> None:
 
 
 def test_a_mottled_ground_is_as_light_as_a_plain_one_and_ends_at_its_rim() -> None:
-    plain = SceneSettings(grid=0.0)
+    plain = LookSettings(grid=0.0)
     assert (ground_pattern(plain, 64) == 1).all()
     assert plain.plain_ground
     scene = dataclasses.replace(plain, mottle=0.15, mottle_size=1.0)

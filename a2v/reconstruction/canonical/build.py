@@ -19,7 +19,7 @@ from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
-from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
+from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
 from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
@@ -74,7 +74,7 @@ def canonical_person(
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
-    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
+    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)

@@ -35,12 +35,13 @@ def each_subject(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[S
 def each_fit(each_subject: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
     """Fit the body to one of the photos alone."""
     from a2v.body import doubts, fit_body
+    from a2v.body.confidence import looks_wrong
 
     result = fit_body(get(each_subject, Subject), settings=fit, progress=progress())
     measure(result.residuals)
     for text in doubts(result.residuals):
         note(text)
-    return put(Fitted(body=result.body, camera=result.camera))
+    return put(Fitted(body=result.body, camera=result.camera, understood=not looks_wrong(result.residuals)))
 
 
 @memo()
@@ -48,12 +49,17 @@ def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) 
     """One shape for all photos, a pose and a camera for each."""
     from a2v.body.together import doubts_of, fit_together
 
-    subjects, fits = [get(ref, Subject) for ref in each_subject], [get(ref, Fitted).result for ref in each_fit]
-    results = fit_together(subjects, fits, settings=fit, progress=progress())
+    alone = [get(ref, Fitted) for ref in each_fit]
+    used = [number for number, one in enumerate(alone) if one.understood or number == 0]
+    if len(used) < len(alone):
+        note(f"{len(alone) - len(used)} of the further photos were not understood, and are left out")
+    fits = [alone[number].result for number in used]
+    results = fit_together([get(each_subject[number], Subject) for number in used], fits, settings=fit, progress=progress())
     measure({**results[0].residuals, "other_photos": [result.residuals for result in results[1:]]})
     for text in doubts_of(fits, results):
         note(text)
-    return [put(Fitted(body=result.body, camera=result.camera)) for result in results]
+    found = dict(zip(used, (Fitted(body=result.body, camera=result.camera) for result in results), strict=True))
+    return [put(found.get(number, one)) for number, one in enumerate(alone)]
 
 
 @memo()
@@ -71,13 +77,16 @@ def surface_fit(each_subject: np.ndarray, joint_fit: np.ndarray, each_surface: n
     from a2v.body import bend_fingers
     from a2v.body.together import fit_together
 
-    subjects, people = [get(ref, Subject) for ref in each_subject], [get(ref, Reconstruction) for ref in each_surface]
-    fits = [get(ref, Fitted).result for ref in joint_fit]
+    before = [get(ref, Fitted) for ref in joint_fit]
+    used = [number for number, one in enumerate(before) if one.understood or number == 0]
+    subjects, people = [get(each_subject[number], Subject) for number in used], [get(each_surface[number], Reconstruction) for number in used]
+    fits = [before[number].result for number in used]
     if not any(person.from_body for person in people):
         fits = fit_together(subjects, fits, settings=fit, surfaces=[person.surface for person in people], progress=progress())
         measure(fits[0].residuals)
     bodies = [bend_fingers(one.body, subject, one.camera) if hands.bend else one.body for one, subject in zip(fits, subjects, strict=True)]
-    return [put(Fitted(body=body, camera=one.camera)) for body, one in zip(bodies, fits, strict=True)]
+    found = dict(zip(used, (Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)), strict=True))
+    return [put(found.get(number, one)) for number, one in enumerate(before)]
 
 
 @memo(remember=False)
@@ -129,5 +138,7 @@ def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]
     found = []
     for subject, person, fitted in zip(each_subject, each_surface, surface_fit, strict=True):
         own = get(fitted, Fitted)
+        if found and not own.understood:
+            continue
         found.append(Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction)))
     return found

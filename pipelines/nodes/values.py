@@ -132,10 +132,11 @@ class Image(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted(Record):
-    """A body that was fitted to one of several photos, and the photo's camera."""
+    """A body that was fitted to one of several photos, the photo's camera, and whether the photo was understood: others are left out."""
 
     body: Body
     camera: PhotoCamera
+    understood: bool = True
 
     @property
     def result(self) -> FitResult:

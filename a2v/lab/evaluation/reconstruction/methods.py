@@ -140,6 +140,7 @@ def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSett
 
 def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None) -> Result:
     from a2v.body import FitSettings, fit_body
+    from a2v.body.confidence import looks_wrong
     from a2v.lab.evaluation.reconstruction.characters import character_of
 
     clock = _Clock()
@@ -162,7 +163,7 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
                     raise InputError(f"{method.name} needs further photos of the person; there are none")
                 other = _seen(again(turn), settings)
                 turned[turn] = other, fit_body(other, settings=fitting)
-        photos = [(subject, fit), *(turned[turn] for turn in method.turns)]
+        photos = [(subject, fit), *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals))]  # as the pipeline does
         clock.lap("fit")
         colored, settled = character_of([one for one, _ in photos], [one for _, one in photos], settings=fitting, weights=method.weights)
         clock.lap("shape")

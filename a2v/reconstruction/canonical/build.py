@@ -72,7 +72,6 @@ def canonical_person(
     mesh = topology()
     sights, shown, laid, poses, shod = _shod([Sight(subject, body, camera, person), *others], face or FaceSettings())
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
-    weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
@@ -82,11 +81,7 @@ def canonical_person(
     observed, weight = _observed(sights, poses, mesh, at_rest, asked, near=settings.near)
     offset = solve_offsets(at_rest, mesh.faces, observed, weight * ~sole, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
-    standing = Standing(
-        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
-    )  # fmt: skip
-    faces = mesh.faces
+    standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
@@ -131,6 +126,15 @@ def _carried(body: Body, shod: FloatArray) -> FloatArray:
     """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3) with shoes and a face."""
     posed, rest = with_teeth(body)
     return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
+
+
+def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
+    """The mesh at rest (V, 3) with its binding."""
+    weights, bones = four_weights(mesh, body)
+    return Standing(
+        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
+    )  # fmt: skip
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

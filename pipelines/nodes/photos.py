@@ -135,7 +135,7 @@ def _colored(surface_with_face: Ref[Reconstruction], each_subject: Any, each_sur
 def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]:
     from a2v.reconstruction.canonical.several import Sight
 
-    found = []
+    found = list[Any]()
     for subject, person, fitted in zip(each_subject, each_surface, surface_fit, strict=True):
         own = get(fitted, Fitted)
         if found and not own.understood:

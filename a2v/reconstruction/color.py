@@ -15,7 +15,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMBS, SKIN
+from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
@@ -312,7 +312,7 @@ def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, 
 
     lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
     result = expected.copy()
-    for names in LIMBS:
+    for names in LIMB_PARTS:
         own = on_parts(canvas.parts, *names)
         shown = np.flatnonzero(own & known)
         if (own & lost).any() and len(shown) >= 20:

@@ -14,7 +14,7 @@ from pipelines.nodes.values import Blob, Poses
 
 
 @memo()
-def exported(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
+def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
     """The character as files have it: few triangles with a normal map, each made of a named material."""
     from a2v.animation.engine import engine_ready
     from a2v.body.parts import on_parts
@@ -29,7 +29,7 @@ def exported(character: Ref[Character], engine: EngineSettings) -> Ref[Character
 
 
 @memo()
-def glb(exported: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
+def glb(engine_character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     """One binary glTF: textured, skinned, animated."""
     from a2v.formats.gltf import write_glb
 
@@ -37,18 +37,18 @@ def glb(exported: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
     clip = moves.action or "motion"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(exported, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
+        write_glb(path, get(engine_character, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
         return put(Blob.of(path.read_bytes()))
 
 
 @memo()
-def still(exported: Ref[Character]) -> Ref[Blob]:
+def still(engine_character: Ref[Character]) -> Ref[Blob]:
     """One binary glTF in the photo's pose: textured and skinned."""
     from a2v.formats.gltf import write_glb
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(exported, Character), {})
+        write_glb(path, get(engine_character, Character), {})
         return put(Blob.of(path.read_bytes()))
 
 

@@ -23,6 +23,7 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(reconstruction.colored, "colored"),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),
+        Step(animation.props, "props"),
         Step(animation.pose, "pose", "... -> pose[t]"),
         Step(animation.posed, "posed", "pose[t] -> posed[t]"),
         Step(rendering.look, "look"),

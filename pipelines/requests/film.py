@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.animation import DeformSettings
+from a2v.animation import DeformSettings, FootingSettings
 from a2v.errors import InputError
 from a2v.io import read_bytes
 from a2v.rendering.looks import LOOKS
@@ -41,6 +41,7 @@ class FilmRequest(Request):
     spp: int = option("samples a pixel", default=_LOOK.spp, rare=True)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
+    no_props: bool = flag("nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True)
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
     deform: DeformSettings = settings(DeformSettings)
 
@@ -50,7 +51,7 @@ class FilmRequest(Request):
         return self.background == PHOTO
 
     def resolve(self, store: Store) -> Parameters:
-        """`render`, `cameras`, `backdrop`, `scene` and `deform`.
+        """`render`, `cameras`, `backdrop`, `scene`, `deform` and `footing`.
 
         Raises
         ------
@@ -74,7 +75,9 @@ class FilmRequest(Request):
             seed=self.render_seed,
         )
         check_views(render.views, cameras)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look), "deform": self.deform}
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "scene": read_look(self.look), "deform": self.deform} | {
+            "footing": FootingSettings(shown=not self.no_props)
+        }
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:

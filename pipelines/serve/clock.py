@@ -18,7 +18,7 @@ PRIOR: Mapping[str, float] = {
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
-    "colored": "Colouring the unseen sides", "shown": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "look": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "poses": "Moving the bones",
+    "colored": "Colouring the unseen sides", "shown": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "look": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
     "posed": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "exported": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
 }  # fmt: skip
 

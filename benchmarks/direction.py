@@ -20,9 +20,9 @@ from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.physics import physics_metrics
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
+from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.prompts import Step
-from a2v.motion.ways import Path
-from a2v.motion.wishes import Direction, Hold, Keyframe
+from a2v.motion.ways import GroundPath
 from a2v.types import BoolArray, FloatArray, Motion
 
 FPS = 30.0
@@ -38,7 +38,7 @@ PATHS = MappingProxyType({
 })  # fmt: skip
 
 
-def away(motion: Motion, path: Path) -> FloatArray:
+def away(motion: Motion, path: GroundPath) -> FloatArray:
     """Distance (T,) of the root from a path, metres."""
     dense = path.at(np.linspace(0, path.lengths[-1], 4000))
     distance: FloatArray = np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(1)
@@ -64,7 +64,7 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
     evaluator = load_evaluator(file) if file.is_file() else None
     free: list[Motion] = []
     for name, points in PATHS.items():
-        path, rows, took, plain_took = Path(points), [], 0.0, 0.0
+        path, rows, took, plain_took = GroundPath(points), [], 0.0, 0.0
         for seed in range(seeds):
             begun = time.process_time()
             made = make_motion(model, [Step(action=action)], frames=60, fps=FPS, seed=seed, direction=Direction(path=path))

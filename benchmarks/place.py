@@ -34,12 +34,12 @@ def measure(photo: Path, size: int, sheets: Path | None) -> str:
     store = Store()
     started = time.process_time()
     parameters = video_parameters(store, photo, "Walk", size=size)
-    outcome = run(["place", "shown", "character", "subject"], graph=video_graph(), store=store, **parameters)
+    outcome = run(["place", "shaded_surface", "character", "subject"], graph=video_graph(), store=store, **parameters)
     place, person, subject = (outcome.get(name, kind) for name, kind in (("place", Place), ("character", Character), ("subject", Subject)))
-    surface = without_light(outcome.get("shown", Surface), place.light)
+    surface = without_light(outcome.get("shaded_surface", Surface), place.light)
     seconds = time.process_time() - started
     vertices = person.surface.vertices + photo_to_world(person.body).astype(np.float32) + place.moved
-    renderer = Renderer(surface, RenderSettings(size=size, background="image"), scene=place.scene, backdrop=place.picture)
+    renderer = Renderer(surface, RenderSettings(size=size, background="image"), look=place.look, backdrop=place.picture)
     covered = renderer.mask(vertices, place.camera)
     picture = renderer.render(vertices, place.camera).astype(np.float32)
     seen, frame = square(decode_photo(photo.read_bytes())[..., :3])

@@ -29,7 +29,7 @@ from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.io import atomic_path
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.lab.studio.avatars import a_pose
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, follow_cameras
+from a2v.rendering import LookSettings, Renderer, ViewCamera, follow_cameras
 from a2v.types import RenderSettings, Surface
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -52,7 +52,7 @@ def weld(surface: Surface) -> Surface:
 
 
 def ours(
-    surface: Surface, settings: RenderSettings, scene: SceneSettings, camera: ViewCamera, reference: int, repeats: int
+    surface: Surface, settings: RenderSettings, scene: LookSettings, camera: ViewCamera, reference: int, repeats: int
 ) -> dict[str, Any]:
     """Pictures and times of a2v at every row of `OURS`."""
     renderer = Renderer(surface, settings, scene)
@@ -72,7 +72,7 @@ def ours(
 
 
 def theirs(
-    python: str, surface: Surface, settings: RenderSettings, scene: SceneSettings, camera: ViewCamera, reference: int, repeats: int
+    python: str, surface: Surface, settings: RenderSettings, scene: LookSettings, camera: ViewCamera, reference: int, repeats: int
 ) -> dict[str, Any]:
     """Pictures and times of Cycles at every row of `THEIRS`, from a child process."""
     reach = float(np.linalg.norm(np.subtract(scene.spot_position, (0.0, 0.9, 0.0))))
@@ -133,7 +133,7 @@ def main() -> int:
     given = parser.parse_args()
     data = Path(os.environ.get("A2V_DATA", ROOT.parent / "shared" / "data"))
     surface = weld(load_avatar(data / "avatars" / f"{given.avatar}.glb").surface(a_pose()))
-    settings, scene = RenderSettings(size=given.size, threads=1), SceneSettings(grid=0)
+    settings, scene = RenderSettings(size=given.size, threads=1), LookSettings(grid=0)
     camera = follow_cameras(surface.vertices[None], settings)["front"][0]
     result: dict[str, Any] = {
         "settings": {"size": given.size, "reference_spp": given.reference, "threads": 1, "avatar": given.avatar, "scene": asdict(scene)},

@@ -16,14 +16,14 @@ from a2v.lab.datasets import load_dataset
 from a2v.lab.evaluation.standing import FPS, SECONDS, score_standing, standing_table, summary
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
+from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
-from a2v.motion.ways import Path as Way
-from a2v.motion.wishes import Direction
+from a2v.motion.ways import GroundPath
 from a2v.types import Motion
 
 TURN = np.linspace(0, 5, 50)
-CIRCLE = Way(np.stack([2 * (1 - np.cos(TURN)), 2 * np.sin(TURN)], axis=-1))
+CIRCLE = GroundPath(np.stack([2 * (1 - np.cos(TURN)), 2 * np.sin(TURN)], axis=-1))
 """Of 2 m, five radians long."""
 
 

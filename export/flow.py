@@ -88,9 +88,9 @@ class WindowGraph(nn.Module):
         bone_lengths : (B, J)
             Native units.
         measure, gain : (K, D)
-            Wishes (`a2v.motion.steer`): what is measured of a code, and how a code moves for what is missed, as in a Kalman filter.
+            Constraints (`a2v.motion.steer`): what is measured of a code, and how a code moves for what is missed, as in a Kalman filter.
         goal : (B, K) or (1, K)
-            What is to be measured. None: no wishes, for which the file has one wish of zeros.
+            What is to be measured. None: no constraints, for which the file has one of zeros.
         """
         moved = (context - context[:, :1, :1]) / self.metres_per_unit
         heading = self._heading(moved, has_context)

@@ -100,7 +100,7 @@ print({name: value for name, value in fitted.nodes["photo_body"].measures.items(
 # %%
 from a2v.rendering import Renderer, follow_cameras
 
-surface = compute("colored").get("colored", Surface)
+surface = compute("colored_surface").get("colored_surface", Surface)
 looks = dataclasses.replace(parameters["render"], views=a2v.VIEWS)
 renderer = Renderer(surface, looks)
 still = follow_cameras(surface.vertices[None], looks)

@@ -73,9 +73,9 @@ for ax, (name, one) in zip(axes, bodies.items(), strict=True):
 # %%
 store = Store()
 parameters = photo_parameters(store, "../a2v/samples/person.jpg")
-outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **parameters)
+outcome = run(["subject", "photo_body", "photo_camera", "colored_surface"], store=store, **parameters)
 subject, body = outcome.get("subject", Subject), outcome.get("photo_body", Body)
-camera, surface = outcome.get("photo_camera", PhotoCamera), outcome.get("colored", Surface)
+camera, surface = outcome.get("photo_camera", PhotoCamera), outcome.get("colored_surface", Surface)
 measures = outcome.nodes["photo_body"].measures
 print({name: round(value, 4) for name, value in measures.items() if isinstance(value, float)})
 

@@ -40,9 +40,9 @@ SIZE, FRAMES, SPP = (64, 4, 4) if SMALL else (256, 32, 8)
 
 store = Store()
 parameters = video_parameters(store, "../a2v/samples/person.jpg", "Jump", frames=FRAMES)
-outcome = run(["character", "posed"], store=store, **parameters)
+outcome = run(["character", "vertices"], store=store, **parameters)
 character = outcome.get("character", Character)
-vertices = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
+vertices = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]])
 print(f"{len(vertices)} frames of {vertices.shape[1]} vertices")
 
 

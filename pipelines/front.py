@@ -142,8 +142,8 @@ class Person:
             animated = character_command.animate(self.request, asked, self.running, deform=None, folder=target.parent)
         else:
             check_writable(target.parent)
-            outcome = self.running.run("exported", self.request.resolve(Store(self.running.cache)))
-            animated = character_command.Animated(character=outcome.get("exported", Character))
+            outcome = self.running.run("engine_character", self.request.resolve(Store(self.running.cache)))
+            animated = character_command.Animated(character=outcome.get("engine_character", Character))
         return character_command.write_animated(target, animated, rigging, engine, avatar)[0]
 
 

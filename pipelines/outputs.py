@@ -25,7 +25,7 @@ _NAMES = {"video": "video.mp4", "glb": "character.glb", "still": "character.glb"
 def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: RigOptions = _OWN, edit: Edit = Edit()) -> list[Path]:
     """Write video, clips, character, motion and the page that shows them; returns the paths, the video's first.
 
-    Character and motion are those of the run where `rig` is plain, else made of its `exported` and `poses`; of `edit` the place counts.
+    Character and motion are those of the run where `rig` is plain, else made of its `engine_character` and `poses`; of `edit` the place counts.
     """
     from a2v.rendering import write_page
 
@@ -38,7 +38,7 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
         written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     else:
         written += write_rigged(
-            folder, outcome.get("exported", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion",
+            folder, outcome.get("engine_character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion",
             props=outcome.get("props", Props),
         )  # fmt: skip
     motion.save(folder / "motion.npz")
@@ -94,7 +94,7 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
         per_view = name == "clip" or refs.ndim == 2
         stem = [views[index[-1]]] if per_view else []
         stem += [f"{index[0]:04d}"] if name != "clip" else []
-        suffix = {"clip": ".mp4", "frame": ".png", "placed": ".png"}.get(name, ".npz")
+        suffix = {"clip": ".mp4", "frame": ".png", "photo_frame": ".png"}.get(name, ".npz")
         target = folder / name / ("_".join(stem) + suffix) if name != "clip" else folder / ("".join(stem) + suffix)
         written.append(_write(outcome, name, refs[index], target))
     return written
@@ -103,7 +103,7 @@ def write_node(outcome: Outcome, name: str, folder: Path, views: Sequence[str]) 
 def _write(outcome: Outcome, name: str, ref: Ref[Any], path: Path) -> Path:
     if name in _NAMES or name == "clip":
         return write_blob(outcome, ref, path)
-    if name in ("frame", "placed"):
+    if name in ("frame", "photo_frame"):
         with atomic_path(path) as temporary:
             temporary.write_bytes(outcome.store.get(ref, Image).png.tobytes())
         return path

@@ -34,8 +34,8 @@ sys.path.insert(0, str(ROOT))
 def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
     """A photo, its surface by Eq. 14 alone from `turns`, degrees, and with the photo continued, (size, W, 3)."""
     store = Store()
-    outcome = run(["subject", "body", "photo_camera", "faced"], store=store, **video_parameters(store, photo, "Walk"))
-    subject, person, body = (outcome.get(name, kind) for name, kind in (("subject", Subject), ("faced", Reconstruction), ("body", Body)))
+    outcome = run(["subject", "body", "photo_camera", "surface_with_face"], store=store, **video_parameters(store, photo, "Walk"))
+    subject, person, body = (outcome.get(name, kind) for name, kind in (("subject", Subject), ("surface_with_face", Reconstruction), ("body", Body)))
     camera = outcome.get("photo_camera", PhotoCamera)
     vertices = person.surface.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)

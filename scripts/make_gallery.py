@@ -39,9 +39,9 @@ def photos_of(folder: Path) -> list[Path]:
 def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
     """A photo beside its surface from four sides, coloured and as clay, and what is to be said of it."""
     store = Store()
-    outcome = run(["subject", "photo_body", "photo_camera", "colored"], store=store, **video_parameters(store, photo, "Walk"))
+    outcome = run(["subject", "photo_body", "photo_camera", "colored_surface"], store=store, **video_parameters(store, photo, "Walk"))
     subject, surface, camera = (
-        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored", Surface), ("photo_camera", PhotoCamera))
+        outcome.get(name, kind) for name, kind in (("subject", Subject), ("colored_surface", Surface), ("photo_camera", PhotoCamera))
     )
     flat = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     share = slab_share(flat, flattened(outcome.get("photo_body", Body), camera), camera.flat, subject.mask)

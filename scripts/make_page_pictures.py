@@ -72,7 +72,7 @@ def sample(cache: str | None, folder: Path) -> ByteArray:
     """The sample's photo, body, surface and colours in a row, (H, W, 3)."""
     store, photo = Store(cache), ROOT / "a2v" / "samples" / "person.jpg"
     drawn = pictures(folder, lambda _: None)
-    outcome = run("colored", executor="serial", store=store, fresh=list(drawn), early=drawn, **photo_parameters(store, photo))
+    outcome = run("colored_surface", executor="serial", store=store, fresh=list(drawn), early=drawn, **photo_parameters(store, photo))
     image = Image.fromarray(outcome.get("subject", Subject).image)
     image.thumbnail((SIDE, SIDE))
     row = [image, *(Image.open(path) for path in sorted(folder.glob("stage_*.jpg")))]

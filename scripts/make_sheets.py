@@ -28,7 +28,7 @@ from a2v.io import atomic_path
 from a2v.perception.face import look_closely
 from a2v.reconstruction import surface_sheet
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
-from a2v.rendering import Renderer, contact_sheet, follow_cameras
+from a2v.rendering import Framing, Renderer, contact_sheet, follow_cameras
 from a2v.rendering.preview import preview_surface
 from a2v.types import Character, PhotoCamera, RenderSettings, Subject, Surface
 from pipelines.engine.progress import Bars
@@ -79,17 +79,17 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     store = Store()
     parameters = video_parameters(store, photo, action, model=model, seconds=2.0 * (frames - 1) + 0.1, seed=seed)
     bars = Bars()
-    outcome = run(["subject", "colored", "poses", "character"], store=store, progress=bars, **parameters)
+    outcome = run(["subject", "colored_surface", "poses", "character"], store=store, progress=bars, **parameters)
     bars.close()
     for text in outcome.notes:
         print(f"{photo.stem}: {text}", file=sys.stderr)
-    still = surface_sheet(outcome.get("colored", Surface))
+    still = surface_sheet(outcome.get("colored_surface", Surface))
     subject, character = outcome.get("subject", Subject), outcome.get("character", Character)
     transforms = outcome.get("poses", Poses).bone_transforms
     # only what is shown is rendered
     shown = [deform(character, transforms[t]) for t in np.linspace(0, len(transforms) - 1, frames).astype(int)]
     settings = RenderSettings(size=size)
-    tracks = follow_cameras(np.stack([[points.min(0), points.max(0)] for points in shown]), settings, smoothing=0.0)
+    tracks = follow_cameras(np.stack([[points.min(0), points.max(0)] for points in shown]), settings, framing=Framing(smoothing=0.0))
     renderer = Renderer(character.surface, settings)
     picks = [renderer.render(points, camera) for view in settings.views for points, camera in zip(shown, tracks[view], strict=True)]
     actions = contact_sheet(picks, cols=2 * frames)  # two views a row
@@ -116,9 +116,9 @@ def t_pose_row(character: Character, width: int) -> np.ndarray:
 def face_sheet(photo: Path, *, size: int) -> np.ndarray:
     """The photo's face, its expressions from before and turned by 45 degrees; prints how far landmarks are off, pixels of a face of 512."""
     bars = Bars()
-    outcome = run(["subject", "photo_camera", "colored"], store=Store(), progress=bars, **video_parameters(Store(), photo, "Walk"))
+    outcome = run(["subject", "photo_camera", "colored_surface"], store=Store(), progress=bars, **video_parameters(Store(), photo, "Walk"))
     bars.close()
-    surface, subject = outcome.get("colored", Surface), outcome.get("subject", Subject)
+    surface, subject = outcome.get("colored_surface", Surface), outcome.get("subject", Subject)
     if surface.face is None or subject.face is None:
         print(f"{photo.stem}: {surface.provenance.get('face')}")
         return np.full((size, 6 * size, 3), 235, np.uint8)

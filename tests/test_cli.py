@@ -311,7 +311,7 @@ def test_the_picture_of_the_graph(tmp_path, capsys, drawer):
     assert main(["dag", "--out", str(out), "--drawer", drawer]) == 0
     text = out.read_text()
     if drawer == "dot":  # matplotlib draws letters as shapes
-        assert all(f">{name}<" in text for name in ("subject", "posed[t]", "frame[t, c]", "clip[c]", "video"))
+        assert all(f">{name}<" in text for name in ("subject", "vertices[t]", "frame[t, c]", "clip[c]", "video"))
     assert text.rstrip().endswith("</svg>")
     assert "expected .svg" in fails_quietly(capsys, "dag", "--out", tmp_path / "dag.gif")
 

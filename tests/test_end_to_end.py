@@ -22,7 +22,7 @@ from a2v.types import Motion, Subject
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
 FRAMES, VIEWS, SIZE = 3, ("front", "left"), 64
-STILL = ("subject", "photo_body", "surface", "body", "colored", "character")
+STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "character")
 
 
 def command(out: Path, *more: object, photo: Path = SAMPLE, action: str = "Walk") -> list[str]:
@@ -114,7 +114,7 @@ def test_the_report_tells_what_made_it(made):
     assert {"python", "mitsuba", "torch", "a2v"} <= set(told["versions"])
     nodes = told["nodes"]
     assert nodes["frame"]["calls"] == FRAMES * len(VIEWS)
-    assert nodes["posed"]["calls"] == FRAMES
+    assert nodes["vertices"]["calls"] == FRAMES
     assert all(node["calls"] >= 1 for node in nodes.values())
     assert nodes["photo_body"]["measures"]
     assert 0 < told["seconds"] < 600
@@ -124,7 +124,7 @@ def test_the_report_tells_what_made_it(made):
 def test_again_everything_is_remembered_and_equal(made, tmp_path):
     execute(tmp_path)
     told = report(tmp_path)
-    assert all(node["remembered"] == node["calls"] for name, node in told["nodes"].items() if name != "look")
+    assert all(node["remembered"] == node["calls"] for name, node in told["nodes"].items() if name != "frame_settings")
     assert told["outputs"] == report(made[0])["outputs"]
 
 
@@ -138,7 +138,7 @@ def test_another_action_reuses_the_character(made, tmp_path):
 def test_a_run_from_a_node_computes_it_and_what_follows(made, tmp_path):
     execute(tmp_path, "--from", "pose")
     nodes = report(tmp_path)["nodes"]
-    assert nodes["pose"]["remembered"] == nodes["posed"]["remembered"] == nodes["frame"]["remembered"] == 0
+    assert nodes["pose"]["remembered"] == nodes["vertices"]["remembered"] == nodes["frame"]["remembered"] == 0
     assert nodes["poses"]["remembered"] == nodes["character"]["remembered"] == 1
 
 
@@ -167,7 +167,7 @@ def test_the_person_steps_out_of_the_photo(made, tmp_path):
 def test_a_recorded_motion_moves_the_character(made, tmp_path):
     execute(tmp_path / "o", "--motion", made[0] / "motion.bvh")
     told = report(tmp_path / "o")
-    assert told["nodes"]["recorded"]["calls"] == 1
+    assert told["nodes"]["recorded_motion"]["calls"] == 1
     assert told["inputs"]["motion"]["sha256"] == sha256(made[0] / "motion.bvh")
     assert told["nodes"]["character"]["remembered"] == 1
 
@@ -230,15 +230,15 @@ def test_a_killed_run_in_the_photos_place_goes_on_with_pictures_of_an_odd_size(c
         wide = whole.width // 6
         whole.crop((wide, 0, whole.width - wide, whole.height)).save(cut)
     extra = ("--background", "photo", "--views", "front", "--size", 62)
-    before = count(copied_store, "placed")
-    process = start(tmp_path / "o", copied_store, 2, *extra, node="placed", photo=cut)
+    before = count(copied_store, "photo_frame")
+    process = start(tmp_path / "o", copied_store, 2, *extra, node="photo_frame", photo=cut)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    kept = settled_count(copied_store, "placed") - before
+    kept = settled_count(copied_store, "photo_frame") - before
     assert 2 <= kept < 10
     execute(tmp_path / "o", "--cache", copied_store, "--seed", 5, "--frames", 10, "--spp", 64, *extra, photo=cut)
     nodes = report(tmp_path / "o")["nodes"]
-    assert (nodes["placed"]["calls"], nodes["placed"]["remembered"]) == (10, kept)
+    assert (nodes["photo_frame"]["calls"], nodes["photo_frame"]["remembered"]) == (10, kept)
     made = probe_video(tmp_path / "o" / "photo.mp4")
     assert made.frames == 10
     assert made.height == 62

@@ -49,10 +49,10 @@ JOINTS: dict[int, tuple[str, tuple[str, ...]]] = {
 """Name of the model and of its joints, by their number."""
 
 # Joints whose place SMPL's regressors and Anny mean alike; the spine's differ.
-_LIMBS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+_LIMB_JOINTS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 _JOINT_BONES = {
     **{"hips": "pelvis", "neck": "neck", "head": "head"},
-    **{f"{side}_{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in _LIMBS},
+    **{f"{side}_{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in _LIMB_JOINTS},
 }
 
 

@@ -119,7 +119,7 @@ class WindowCard(ModelCard):
     headings : tuple of arrays (n,) float64
         By action: where the data's windows face at first, radians about +y from +z. Not empty for models whose windows all face +z.
     steerable : bool
-        Whether the graph takes wishes (`a2v.motion.steer`).
+        Whether the graph takes constraints (`a2v.motion.steer`).
     """
 
     window_frames: int

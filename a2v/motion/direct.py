@@ -10,8 +10,9 @@ import numpy as np
 from a2v.animation.curves import near
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, skeleton_of
+from a2v.motion.direction import Direction
+from a2v.motion.direction_steerer import DirectionSteerer
 from a2v.motion.edit import Edit, edited, planting, rises, settled
-from a2v.motion.guide import DirectedGuide
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
@@ -19,7 +20,6 @@ from a2v.motion.prompts import Step
 from a2v.motion.timeline import Moments, perform
 from a2v.motion.ways import Way, way_along
 from a2v.motion.window_sampler import WindowSampler
-from a2v.motion.wishes import Direction
 from a2v.types import FloatArray, Motion
 
 #: Clips by which the natural speed of an action is measured.
@@ -118,10 +118,10 @@ def _directed(
         facts = {"path": np.asarray(direction.path.points).round(4).tolist(), "pace": pace}
     reader = model.sampler.reader(model.bone_lengths if lengths is None else lengths)
 
-    def guide(moments: Moments) -> DirectedGuide:
-        return DirectedGuide(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
+    def steerer(moments: Moments) -> DirectionSteerer:
+        return DirectionSteerer(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
 
-    made = perform(model, steps, frames=frames, fps=fps, speed=speed, seed=seed, lengths=lengths, guide=guide)
+    made = perform(model, steps, frames=frames, fps=fps, speed=speed, seed=seed, lengths=lengths, steerer=steerer)
     skeleton = _skeleton(made)
     timed = _timed(direction, (made.frames - 1) / fps)
     kept = [round(key.time * fps) for key in timed.keyframes if key.joints is not None]

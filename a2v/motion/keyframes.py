@@ -13,9 +13,9 @@ from a2v.io import brief, read_bytes
 from a2v.kinematics import Skeleton, bone_vectors
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.motion.applications import on_skeleton
+from a2v.motion.direction import Hold, Keyframe
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import leg_length
-from a2v.motion.wishes import Hold, Keyframe
 from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray
 

@@ -15,7 +15,7 @@ from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.kinematics.limbs import bend_to, limb_of
 from a2v.kinematics.planting import PLANT, PlantSettings, plant_feet
-from a2v.motion.wishes import Hold
+from a2v.motion.direction import Hold
 from a2v.types import FloatArray, Motion
 
 EASE_SECONDS = 0.3

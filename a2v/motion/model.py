@@ -17,7 +17,7 @@ from a2v.kinematics import Skeleton, inverse_kinematics
 from a2v.motion.card import MAX_FRAMES, ModelCard, StepCard, WindowCard, read_card
 from a2v.motion.placement import leg_length, level_floor, place_on_ground, scale_bones, scale_path, to_native
 from a2v.motion.sampling import ClipRequest, Noise, WindowRequest, normal_noise
-from a2v.motion.steer import Guide
+from a2v.motion.steer import Steerer
 from a2v.motion.step_sampler import StepSampler
 from a2v.motion.window_sampler import WindowSampler
 from a2v.sessions import WEIGHTS, file_digest
@@ -130,7 +130,7 @@ class MotionModel:
         *,
         fresh: bool = False,
         skip_rest: bool = False,
-        guide: Guide | None = None,
+        steerer: Steerer | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Generate clips of explicit actions and bodies: what `sample`, the applications and the evaluation are made of.
 
@@ -148,7 +148,7 @@ class MotionModel:
 
         fresh, skip_rest : bool
             See `a2v.motion.sampling.ClipRequest`. `export/sample.py` has neither.
-        guide : Guide or None
+        steerer : Steerer or None
             What steers the windows of one clip, and where it begins (`a2v.motion.direct`).
 
         Returns
@@ -166,7 +166,7 @@ class MotionModel:
         if start is not None and not 1 <= start.shape[1] < labels.shape[1]:
             raise InputError(f"{start.shape[1]} given frames leave nothing to generate of {labels.shape[1]}; ask for more frames")
         noise = normal_noise(generator) if isinstance(generator, np.random.Generator) else generator
-        joints, rotations = self.sampler.generate(ClipRequest(labels, lengths, noise, start, fresh, skip_rest, guide))
+        joints, rotations = self.sampler.generate(ClipRequest(labels, lengths, noise, start, fresh, skip_rest, steerer))
         if not self.card.rests_as_named:
             rotations = inverse_kinematics(joints, self.skeleton).astype(np.float32)
         return joints, rotations

@@ -121,7 +121,7 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
     strength = json.loads(next((entry.value for entry in proto.metadata_props if entry.key == "a2v"), "{}")).get("guidance")
     graph = proto.graph
     defaults = {item.name for item in graph.initializer}
-    keep = [item for item in graph.input if item.name not in defaults]  # wishes stay what they are by default: none
+    keep = [item for item in graph.input if item.name not in defaults]  # constraints stay what they are by default: none
     del graph.input[:]
     graph.input.extend(keep)
     joints = next(item for item in graph.output if item.name == "joints")

@@ -16,13 +16,13 @@ from a2v.motion.catalog import NAMES, SOURCES, Understanding, catalog, understan
 from a2v.motion.clips import LIBRARY
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.direct import make_motion
+from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.medley import make_sourced, natural_seconds
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
 from a2v.motion.timeline import read_timeline
 from a2v.motion.vocabulary import Vocabulary
-from a2v.motion.wishes import Direction
 from a2v.sessions import file_digest
 from a2v.types import FloatArray, Motion
 

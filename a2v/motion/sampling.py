@@ -11,7 +11,7 @@ import numpy as np
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics
-from a2v.motion.steer import Guide
+from a2v.motion.steer import Steerer
 from a2v.types import FloatArray, IntArray
 
 Noise = Callable[[tuple[int, ...], int], FloatArray]
@@ -38,8 +38,8 @@ class ClipRequest:
         Where the action changes, a window model begins the next one by itself and fades into it, instead of continuing the last frames.
     skip_rest : bool
         A window model leaves out the time that people stand still before they begin.
-    guide : Guide or None
-        Wishes; one clip.
+    steerer : Steerer or None
+        What steers the windows; one clip.
     """
 
     labels: IntArray
@@ -48,7 +48,7 @@ class ClipRequest:
     start: FloatArray | None = None
     fresh: bool = False
     skip_rest: bool = False
-    guide: Guide | None = None
+    steerer: Steerer | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class Sampler(Protocol):
         Raises
         ------
         InputError
-            The graph gives other shapes, or the model cannot be directed and there is a guide.
+            The graph gives other shapes, or the model cannot be directed and there is a steerer.
         """
         ...
 

@@ -1,7 +1,7 @@
-"""Wishes for a window model: a path, a heading, poses at given moments, joints that are held.
+"""Constraints for a window model: a path, a heading, poses at given moments, joints that are held.
 
 All of them are linear in a window's code (`a2v.lab.motion.windows`), as long as bone directions are not normalised anew: C x = b. On its way
-the flow heads for a code; what that code misses of the wishes is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the
+the flow heads for a code; what that code misses of the constraints is given to it by the gain of a Kalman filter (`a2v.lab.motion.flow`), and the
 flow settles the rest around it. What normalisation moves is measured in the result and given back to the goal.
 """
 
@@ -81,7 +81,7 @@ def between_frames(values: FloatArray, frames: FloatArray, *, axis: int = 0) -> 
 
 
 @dataclass(frozen=True)
-class Wish:
+class SoftConstraint:
     """Numbers that a window shall have: ``rows @ code + offset`` near `value`, to within `sigma`.
 
     Attributes
@@ -97,15 +97,15 @@ class Wish:
     sigma: FloatArray
 
     @classmethod
-    def of(cls, rows: FloatArray, offset: FloatArray, value: FloatArray, sigma: float) -> Wish:
-        """A wish from arrays of any shape (..., D), (...), (...)."""
+    def of(cls, rows: FloatArray, offset: FloatArray, value: FloatArray, sigma: float) -> SoftConstraint:
+        """Constraints from arrays of any shape (..., D), (...), (...)."""
         flat = np.broadcast_to(value, offset.shape).astype(np.float64).ravel()
         return cls(rows.reshape(-1, rows.shape[-1]).astype(np.float64), offset.astype(np.float64).ravel(), flat, np.full(flat.shape, sigma))
 
 
 @dataclass(frozen=True)
 class Steering:
-    """Wishes as a window graph takes them: ``code + (goal - code @ measure.T) @ gain``.
+    """Constraints as a window graph takes them: ``code + (goal - code @ measure.T) @ gain``.
 
     Attributes
     ----------
@@ -122,26 +122,26 @@ class Steering:
         return {"measure": self.measure, "gain": self.gain, "goal": self.goal}
 
 
-def steer(wishes: Sequence[Wish], correction: FloatArray | None = None) -> Steering:
-    """The steering that joins `wishes`; codes are taken for standard normal, as the flow's are.
+def steer(constraints: Sequence[SoftConstraint], correction: FloatArray | None = None) -> Steering:
+    """The steering that joins `constraints`; codes are taken for standard normal, as the flow's are.
 
     Parameters
     ----------
-    wishes : sequence of Wish
+    constraints : sequence of SoftConstraint
         One at least.
     correction : (K,) or None
         Added to what is wanted: what an earlier result missed.
     """
-    rows = np.concatenate([wish.rows for wish in wishes])
-    sigma = np.concatenate([wish.sigma for wish in wishes])
-    wanted = np.concatenate([wish.value - wish.offset for wish in wishes])
+    rows = np.concatenate([constraint.rows for constraint in constraints])
+    sigma = np.concatenate([constraint.sigma for constraint in constraints])
+    wanted = np.concatenate([constraint.value - constraint.offset for constraint in constraints])
     if correction is not None:
         wanted = wanted + correction
     gain = np.linalg.solve(rows @ rows.T + np.diag(sigma**2), rows)
     return Steering(rows.astype(np.float32), gain.astype(np.float32), wanted[None].astype(np.float32))
 
 
-class Guide(Protocol):
+class Steerer(Protocol):
     """What steers the windows of one clip, one after the other."""
 
     start: tuple[FloatArray, float]

@@ -42,7 +42,7 @@ class StepSampler:
 
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
         """See `Sampler`: the noise is drawn once; `fresh` and `skip_rest` change nothing, because states continue over a change of the action."""
-        if request.guide is not None:
+        if request.steerer is not None:
             raise InputError(f"{self.path.name} cannot be directed; choose a model that can, such as cmu-fine")
         labels, lengths = request.labels, request.lengths
         noise = request.noise((*labels.shape, self.card.latent_size), 0)

@@ -18,7 +18,7 @@ from a2v.motion.edit import check_speed
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import MAX_PROMPT, Match, Step, Vocabulary
 from a2v.motion.sampling import Noise
-from a2v.motion.steer import Guide
+from a2v.motion.steer import Steerer
 from a2v.motion.stride import lengthened, strides
 from a2v.plain_yaml import parse_yaml
 from a2v.types import FloatArray, Motion
@@ -126,7 +126,7 @@ def perform(
     seed: int = 0,
     lengths: FloatArray | None = None,
     skip_rest: bool = False,
-    guide: Callable[[Moments], Guide] | None = None,
+    steerer: Callable[[Moments], Steerer] | None = None,
 ) -> Motion:
     """Clips of `steps` in turn, each as long as it says.
 
@@ -147,7 +147,7 @@ def perform(
         Bone lengths, native units; the model's own without.
     skip_rest : bool
         Actions begin where people get going, see `MotionModel.generate`.
-    guide : callable or None
+    steerer : callable or None
         What guides the one clip, given its `Moments` (`a2v.motion.direct`); it stays where it is led to.
 
     Raises
@@ -158,7 +158,7 @@ def perform(
     rate = model.fps if fps is None else fps
     check_speed(speed)
     lasting = step_frames(steps, frames=frames, fps=rate)
-    at, starts, longer = _moments(steps, lasting, ease=EASE_SECONDS * rate, speed=speed, made_for_one=model.fps / rate, travels=guide is None)
+    at, starts, longer = _moments(steps, lasting, ease=EASE_SECONDS * rate, speed=speed, made_for_one=model.fps / rate, travels=steerer is None)
     made = int(np.ceil(at[-1] - 1e-6)) + 1
     names = model.check_request([step.action for step in steps], frames=made, count=count)
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
@@ -166,9 +166,9 @@ def perform(
     noise = _noise_of(steps, starts, seed)
     joints, rotations = model.generate(
         np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, fresh=True, skip_rest=skip_rest,
-        guide=None if guide is None else guide(Moments(at, rate)),
+        steerer=None if steerer is None else steerer(Moments(at, rate)),
     )  # fmt: skip
-    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=guide is None)
+    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=steerer is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     motion = lengthened(motion, longer)

@@ -38,7 +38,7 @@ _GRID = 0.02
 
 
 @dataclass(frozen=True)
-class Path:
+class GroundPath:
     """A way over the ground.
 
     Attributes
@@ -91,7 +91,7 @@ class Way:
     heading: FloatArray
 
 
-def way_along(path: Path, *, pace: float, fps: float) -> Way:
+def way_along(path: GroundPath, *, pace: float, fps: float) -> Way:
     """The way along a path at `pace`, metres a second: corners are rounded, and taken slowly.
 
     It ends with the path.
@@ -119,7 +119,7 @@ def way_along(path: Path, *, pace: float, fps: float) -> Way:
     return Way(placed, smooth)
 
 
-def read_path(text: str) -> Path:
+def read_path(text: str) -> GroundPath:
     """A path out of points "x,z x,z ...", metres, or out of a file.
 
     ``.csv``: two columns, a line of names may come first; ``.yaml``: a list of [x, z]; ``.svg``: the first line, polygon, circle or path that is drawn, seen
@@ -133,7 +133,7 @@ def read_path(text: str) -> Path:
     readers = {".csv": _read_csv, ".yaml": _read_yaml, ".yml": _read_yaml, ".svg": _read_svg}
     if reader := readers.get(File(text).suffix.lower()):
         return reader(text)
-    return Path(_points(text.split()))
+    return GroundPath(_points(text.split()))
 
 
 def _points(rows: Sequence[str]) -> FloatArray:
@@ -152,22 +152,22 @@ def _numbers(row: str) -> list[float]:
         return []
 
 
-def _read_csv(source: str) -> Path:
+def _read_csv(source: str) -> GroundPath:
     lines = read_bytes(source, limit=MAX_BYTES).decode("utf-8-sig", errors="replace").splitlines()
     rows = [line.strip() for line in lines if line.strip()]
-    return Path(_points(rows[1:] if rows and not _numbers(rows[0]) else rows))
+    return GroundPath(_points(rows[1:] if rows and not _numbers(rows[0]) else rows))
 
 
-def _read_yaml(source: str) -> Path:
+def _read_yaml(source: str) -> GroundPath:
     data = read_bytes(source, limit=MAX_BYTES)
     expected = "a YAML list of points [x, z], metres"
     content = parse_yaml(data, source, "path", expected)
     with reading(source, "path", expected):
         points = np.array(content, np.float64)
-    return Path(points)
+    return GroundPath(points)
 
 
-def _read_svg(source: str) -> Path:
+def _read_svg(source: str) -> GroundPath:
     from fontTools.pens.recordingPen import RecordingPen
     from fontTools.svgLib.path import SVGPath
 
@@ -181,7 +181,7 @@ def _read_svg(source: str) -> Path:
     if len(points) < 2:
         raise InputError(f"{source} draws no line; expected a path, polyline, line, polygon, circle or ellipse")
     kept = points[np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6 / SVG_METRES])]
-    return Path((kept - kept[0]) * SVG_METRES)
+    return GroundPath((kept - kept[0]) * SVG_METRES)
 
 
 def _flattened(drawn: Sequence[tuple[str, tuple[tuple[float, float], ...]]]) -> FloatArray:

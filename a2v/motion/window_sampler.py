@@ -14,7 +14,7 @@ from a2v.motion.beginnings import rests, shifted
 from a2v.motion.card import WindowCard
 from a2v.motion.crossfade import crossfade, lowest
 from a2v.motion.sampling import RESULTS, ClipRequest, WindowRequest, checked_results, join_start, normal_noise
-from a2v.motion.steer import CodeReader, Guide, Steering
+from a2v.motion.steer import CodeReader, Steerer, Steering
 from a2v.sessions import run_file
 from a2v.types import FloatArray, IntArray
 
@@ -146,7 +146,7 @@ class WindowSampler:
         context : (N, P, J, 3) float or None
             Frames that the window repeats at its start and goes on from, metres.
         steering : Steering or None
-            Wishes for all of the windows.
+            Constraints for all of the windows.
         """
         count = len(labels)
         given = np.zeros((count, self.card.context_frames, lengths.shape[1], 3), np.float32) if context is None else context
@@ -167,7 +167,7 @@ class WindowSampler:
         Raises
         ------
         InputError
-            The model takes no wishes.
+            The model takes no constraints.
         """
         card = self.card
         if not card.steerable:
@@ -188,11 +188,11 @@ class WindowSampler:
     def generate(self, request: ClipRequest) -> tuple[FloatArray, FloatArray]:
         """See `Sampler`: windows until all frames are there, noise drawn for each.
 
-        How long each window of each clip moves is drawn (`drawn_shares`), so that the clips of a batch continue each by itself; with a guide it is
+        How long each window of each clip moves is drawn (`drawn_shares`), so that the clips of a batch continue each by itself; with a steerer it is
         what `active_share` says. A window continues the last frames of the one before, which belong to their action: where the action changes, the
         next window can begin `fresh`, and the first fades into it (`crossfade`).
         """
-        labels, guide = request.labels, request.guide
+        labels, steerer = request.labels, request.steerer
         count, frames = labels.shape
         changes = np.flatnonzero((labels[:, 1:] != labels[:, :-1]).any(axis=0)) + 1
         done = _Done.empty(count, frames, len(self.card.joint_names), max(2, round(CHANGE_SECONDS * self.card.fps)))
@@ -204,16 +204,16 @@ class WindowSampler:
             while (rows := np.flatnonzero(done.at < end)).size:
                 window = self._next_window(request, done, rows, end, begins=begins)
                 known, left = window.known, end - done.at[rows]
-                if guide is None:
+                if steerer is None:
                     new, rotated, usable = window.make()
                     usable = usable if request.skip_rest else window.usable
                 else:
                     usable = window.usable
                 take = np.where(left <= usable - known, left, np.maximum(usable - ENDING_FRAMES, self.card.context_frames + 4) - known)
-                if guide is not None:
+                if steerer is not None:
                     begun_at = int(done.at[rows].min())
-                    take = np.array([guide.until(begun_at, begun_at + int(take[0])) - begun_at])
-                    new, rotated = _guided(window, guide, done.joints[:, :begun_at], take=int(take[0]))
+                    take = np.array([steerer.until(begun_at, begun_at + int(take[0])) - begun_at])
+                    new, rotated = _guided(window, steerer, done.joints[:, :begun_at], take=int(take[0]))
                 done.add(rows, new[:, known:], rotated[:, known:], take)
                 begins = False
         return done.joints, done.rotations
@@ -224,7 +224,7 @@ class WindowSampler:
         follows = begun > 0 and not begins
         noise = request.noise((len(request.labels), self.card.latent_size), begun)[rows]
         label = request.labels[rows, end - 1]
-        if request.guide is None:
+        if request.steerer is None:
             share = self.drawn_shares(label, noise, following=follows)
         else:
             share = np.array([self.active_share(int(action)) for action in label], np.float32)
@@ -235,7 +235,7 @@ class WindowSampler:
             noise=noise,
             lengths=request.lengths[rows],
             usable=np.maximum(np.round(share * self.card.window_frames).astype(np.int64), given + 4),
-            skip_rest=request.skip_rest and request.guide is None,
+            skip_rest=request.skip_rest and request.steerer is None,
             context=done.last(rows, given) if follows else None,
             before=(done.joints[:, :begun], done.ahead) if begins else None,
         )
@@ -259,7 +259,7 @@ class WindowSampler:
 
 @dataclass
 class _Window:
-    """A window that can be made several times, with other wishes.
+    """A window that can be made several times, with other constraints.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ class _Window:
     before : two arrays (n, S, J, 3), (n, F, J, 3), or None
         The frames before it and what would have followed them, if it fades in (see `crossfade`).
     lift : (n,) or None
-        How much the first one was lifted to the height of the frames before; later ones are lifted alike, or wishes for heights would be undone.
+        How much the first one was lifted to the height of the frames before; later ones are lifted alike, or constraints for heights would be undone.
     """
 
     sampler: WindowSampler
@@ -313,19 +313,19 @@ class _Window:
         return new, rotated, moving
 
 
-def _guided(window: _Window, guide: Guide, joints: FloatArray, *, take: int) -> tuple[FloatArray, FloatArray]:
-    """The `window` after `joints` (1, T, J, 3) as `guide` wants it; its known frames are the last of these."""
+def _guided(window: _Window, steerer: Steerer, joints: FloatArray, *, take: int) -> tuple[FloatArray, FloatArray]:
+    """The `window` after `joints` (1, T, J, 3) as `steerer` wants it; its known frames are the last of these."""
     known, skeleton = window.known, window.sampler.card.skeleton
     first = joints.shape[1] - known
-    place, yaw = guide.start
+    place, yaw = steerer.start
     if joints.shape[1]:
         at = min(first, joints.shape[1] - 1)
         place, yaw = joints[0, at, 0].astype(np.float64), float(heading(joints[0, at], skeleton))
-    asking = guide.window(first, (known, known + take), place, yaw)
+    asking = steerer.window(first, (known, known + take), place, yaw)
     steering = next(asking)
     while True:
         new, *_ = window.make(steering)
-        new = new if joints.shape[1] else guide.begin(new)
+        new = new if joints.shape[1] else steerer.begin(new)
         try:
             steering = asking.send(new[0].astype(np.float64))
         except StopIteration:

@@ -11,7 +11,7 @@ from a2v.io import parse_json
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.types import FloatArray
 
-LIMBS: tuple[tuple[str, str], ...] = (
+SKELETON_LINES: tuple[tuple[str, str], ...] = (
     ("left_shoulder", "right_shoulder"),
     ("left_hip", "right_hip"),
     ("left_shoulder", "left_hip"),

@@ -11,7 +11,7 @@ from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.depth import put_upright
 from a2v.perception.detector import Detection, Detector
-from a2v.perception.landmarks import LIMBS
+from a2v.perception.landmarks import SKELETON_LINES
 from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_of_people
 from a2v.types import BoolArray, ByteArray, FloatArray
 
@@ -134,7 +134,7 @@ def _thicken(keypoints: FloatArray, height: int, width: int) -> FloatArray:
     seen = keypoints[:, 2] > 0.1
     extent = float(np.ptp(keypoints[seen, :2], axis=0).max())
     thick = max(2, round(0.07 * extent))
-    for first, second in LIMBS:
+    for first, second in SKELETON_LINES:
         a, b = LANDMARK_INDEX[first], LANDMARK_INDEX[second]
         if seen[a] and seen[b]:
             ends = [tuple(round(float(x)) for x in keypoints[i, :2]) for i in (a, b)]

@@ -20,7 +20,7 @@ NEAR = 0.03
 """Largest distance of a missing piece from the mask, as a share of the mask's extent."""
 SEEN = 0.7
 """Landmarks of limbs of which the detector is less sure may mean that a part of the person was overlooked."""
-_LIMBS = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("elbow", "wrist", "knee", "ankle")]
+_LIMB_LANDMARKS = [LANDMARK_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("elbow", "wrist", "knee", "ankle")]
 
 
 class Segmenter(Solution):
@@ -51,7 +51,7 @@ def probability_of_people(picture: ByteArray) -> FloatArray:
 def may_lack_parts(person: Detection) -> bool:
     """Whether the detector is unsure of a limb, or sees one outside of the mask."""
     height, width = person.mask.shape
-    limbs = person.keypoints[_LIMBS]
+    limbs = person.keypoints[_LIMB_LANDMARKS]
     columns, rows = (np.clip(limbs[:, axis].astype(int), 0, size - 1) for axis, size in ((0, width), (1, height)))
     return bool((limbs[:, 2] < SEEN).any() or (person.mask[rows, columns] < 0.3).any())
 

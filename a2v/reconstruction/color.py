@@ -15,7 +15,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMBS, SKIN
+from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
@@ -153,6 +153,10 @@ def color_surface(
     near = _nearest_vertices(apart, settings.neighbors)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
+        hidden = on_parts(canvas.parts, *HANDS) & ~known
+        cheeks = seen_face(subject, camera.project(vertices), colors, known=known, head=_head(spots))[1]
+        if canvas.bare_hands and cheeks is not None and hidden.any():
+            expected[hidden] = _skin_of(colors[on_parts(canvas.parts, *HANDS) & known], cheeks)
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
@@ -294,6 +298,11 @@ def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: Bool
     return result
 
 
+def _skin_of(hands: FloatArray, cheeks: FloatArray) -> FloatArray:
+    """Colour (3,) of a hand that is not seen: of what is seen of hands (n, 3), else of the cheeks."""
+    return np.asarray(np.median(hands, axis=0) if len(hands) >= 4 * _TONED else cheeks)
+
+
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
     """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
     hair = labels == HAIR
@@ -312,7 +321,7 @@ def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, 
 
     lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
     result = expected.copy()
-    for names in LIMBS:
+    for names in LIMB_PARTS:
         own = on_parts(canvas.parts, *names)
         shown = np.flatnonzero(own & known)
         if (own & lost).any() and len(shown) >= 20:

@@ -8,11 +8,12 @@ imports neither Mitsuba nor PyAV.
 from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
+from a2v.rendering.framing import Framing
 from a2v.rendering.images import contact_sheet, side_by_side
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
 from a2v.rendering.renderer import Renderer
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.rendering.variant import activate, choose_variant
 from a2v.rendering.video import VideoInfo, probe_video, read_video, write_gif, write_video, write_webp, write_within
 
@@ -21,9 +22,10 @@ __all__ = [
     "LOOKS",
     "CameraPath",
     "Cutout",
+    "Framing",
     "Layers",
+    "LookSettings",
     "Renderer",
-    "SceneSettings",
     "VideoInfo",
     "ViewCamera",
     "activate",

@@ -10,7 +10,7 @@ import numpy as np
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.lights import DiskLight
-from a2v.rendering.scene import SceneSettings, grid_factor
+from a2v.rendering.scene import LookSettings, ground_pattern
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
@@ -35,7 +35,7 @@ class Empty:
     ground: BoolArray
 
 
-def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
+def empty_stage(look: LookSettings, camera: ViewCamera, size: int) -> Empty:
     """The empty stage in a picture of `size` x `size` pixels.
 
     A pixel's light is the ground's irradiance there times its albedo averaged over the pixel (the lines are fine); the lamp's own
@@ -44,8 +44,8 @@ def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
     ray = rays(camera, size)
     rise = ray[..., 1]
     ground = rise < -1e-6 if camera.origin[1] > 0 else np.zeros(rise.shape, bool)
-    color = np.array(scene.sky(rise / np.linalg.norm(ray, axis=-1) if scene.zenith is not None else rise), np.float32)
-    albedo = np.tile(np.float32(scene.ground_albedo), (size, size, 1))
+    color = np.array(look.sky(rise / np.linalg.norm(ray, axis=-1) if look.zenith is not None else rise), np.float32)
+    albedo = np.tile(np.float32(look.ground_albedo), (size, size, 1))
     light, place = np.zeros_like(color), np.zeros((size, size, 2), np.float32)
     if not ground.any():
         return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)
@@ -56,15 +56,15 @@ def empty_stage(scene: SceneSettings, camera: ViewCamera, size: int) -> Empty:
         np.add(reach * below[..., 2 * axis], np.float32(camera.origin[2 * axis]), out=place[top:, :, axis])
     far = np.maximum(np.abs(place[top:, :, 0]), np.abs(place[top:, :, 1]))
     here &= far < _FAR
-    printed = _printed(scene, place[top:])
-    near = (far < scene.ground_radius)[..., None]
-    albedo[top:] = np.where(near, printed, albedo[top:]) * np.where(here, _lines(scene, camera, size, top), 1)[..., None]
+    printed = _printed(look, place[top:])
+    near = (far < look.ground_radius)[..., None]
+    albedo[top:] = np.where(near, printed, albedo[top:]) * np.where(here, _lines(look, camera, size, top), 1)[..., None]
     foot = tuple(round(value - camera.target[axis], 9) for axis, value in ((0, camera.origin[0]), (2, camera.origin[2])))
     relative = ViewCamera(  # as seen from the lamp, which follows the camera's target: the same in every frame that follows
         origin=(foot[0], camera.origin[1], foot[1]),
         target=(0.0, camera.target[1], 0.0), up=camera.up, fov=camera.fov,
     )  # fmt: skip
-    light[top:] = _light(scene, relative, size)[top:]
+    light[top:] = _light(look, relative, size)[top:]
     color[top:] = np.where(here[..., None], albedo[top:] * light[top:], color[top:])
     return Empty(color=color, albedo=albedo, light=light, place=place, ground=ground)
 
@@ -78,19 +78,19 @@ def rays(camera: ViewCamera, size: int, step: int = 1) -> FloatArray:
     return direction
 
 
-def _lines(scene: SceneSettings, camera: ViewCamera, size: int, top: int) -> FloatArray:
+def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> FloatArray:
     """What the lines leave of the ground's albedo, (H - top, W), the mean over each pixel."""
     import cv2
 
-    if scene.grid == 0 or scene.grid_contrast == 0:
+    if not look.is_patterned:
         return np.ones((size - top, size), np.float32)
-    factor = _factor(scene)
+    factor = _factor(look)
     pixels, (across, down) = len(factor), _FINE
     right, up, backward = camera.axes
     unit = np.tan(np.radians(camera.fov) / 2) / (size / 2)
     # the ray of a sample (i, j) is linear in it, and so is its ground point in homogeneous coordinates
     ray = np.stack([right * unit / across, -up * unit / down, right * unit * (0.5 / across - size / 2) - up * unit * (top + 0.5 / down - size / 2) - backward], axis=1)  # fmt: skip
-    origin, scale = np.array(camera.origin), pixels / (2 * scene.ground_radius)
+    origin, scale = np.array(camera.origin), pixels / (2 * look.ground_radius)
     to_ground = np.stack([origin[0] * ray[1] - origin[1] * ray[0], origin[2] * ray[1] - origin[1] * ray[2], ray[1]])
     to_texture = np.array([[scale, 0, pixels / 2 - 0.5], [0, scale, pixels / 2 - 0.5], [0, 0, 1]]) @ to_ground
     shape = (size * across, (size - top) * down)
@@ -100,20 +100,20 @@ def _lines(scene: SceneSettings, camera: ViewCamera, size: int, top: int) -> Flo
     return np.asarray(cv2.resize(fine, (size, size - top), interpolation=cv2.INTER_AREA), np.float32)
 
 
-def _printed(scene: SceneSettings, place: FloatArray) -> FloatArray:
+def _printed(look: LookSettings, place: FloatArray) -> FloatArray:
     """The ground's albedo without its lines, (3,) or (H, W, 3), as its 8-bit texture holds it."""
-    if scene.ground is not None:
-        return scene.ground_at(place)  # rounded, it would show steps
-    return scene.ground_albedo if scene.plain_ground else srgb_to_linear(to_bytes(linear_to_srgb(scene.ground_albedo)) / 255)
+    if look.ground is not None:
+        return look.ground_at(place)  # rounded, it would show steps
+    return look.ground_albedo if look.plain_ground else srgb_to_linear(to_bytes(linear_to_srgb(look.ground_albedo)) / 255)
 
 
 @functools.lru_cache(maxsize=2)
-def _factor(scene: SceneSettings) -> FloatArray:
-    return grid_factor(scene).astype(np.float32)
+def _factor(look: LookSettings) -> FloatArray:
+    return ground_pattern(look).astype(np.float32)
 
 
 @functools.lru_cache(maxsize=16)
-def _light(scene: SceneSettings, camera: ViewCamera, size: int) -> FloatArray:
+def _light(look: LookSettings, camera: ViewCamera, size: int) -> FloatArray:
     """The ground's irradiance over pi (H, W, 3), the lamp hanging over the origin; remembered, as it stays while a camera follows."""
     import cv2
 
@@ -122,38 +122,38 @@ def _light(scene: SceneSettings, camera: ViewCamera, size: int) -> FloatArray:
     reach = -camera.origin[1] / np.minimum(ray[..., 1], -1e-3)
     place = np.array(camera.origin)[[0, 2]] + reach[..., None] * ray[..., [0, 2]]
     inside = np.asarray(place.clip(-_FAR, _FAR).reshape(-1, 2), np.float64)
-    coarse = ground_light(scene, inside).reshape(*place.shape[:2], 3).astype(np.float32)
+    coarse = ground_light(look, inside).reshape(*place.shape[:2], 3).astype(np.float32)
     whole = cv2.resize(coarse, (coarse.shape[1] * step, coarse.shape[0] * step), interpolation=cv2.INTER_LINEAR)
     return np.asarray(whole[:size, :size], np.float32)
 
 
-def ground_light(scene: SceneSettings, place: FloatArray) -> FloatArray:
+def ground_light(look: LookSettings, place: FloatArray) -> FloatArray:
     """Irradiance over pi (N, 3) on empty ground at `place` (N, 2), x and z in metres, the lamp hanging over the origin."""
     point = np.stack([place[:, 0], np.zeros(len(place)), place[:, 1]], axis=-1)
-    lamp, sun = scene.spot_light(), scene.sun_light
+    lamp, sun = look.spot_light(), look.sun_light
     disk, area = lamp.matrix[:3, :2], np.pi * lamp.radius**2
     facing, hidden = np.zeros(len(point)), np.zeros(len(point))
-    for q in _disk(12) if max(scene.spot) > 0 else ():
+    for q in _disk(12) if max(look.spot) > 0 else ():
         way = disk @ q + lamp.center - point
         square = (way**2).sum(axis=-1)
         factor = way[:, 1] * -(way @ lamp.normal) / square**2 * (area / np.pi / 12)
         facing += np.maximum(factor, 0)
         hidden += np.abs(factor)
-    free = _sun_seen(scene, point, sun, lamp)
+    free = _sun_seen(look, point, sun, lamp)
     way = sun.center - point  # the sun of the stage is near enough for its light to fade a little over the ground
     square = (way**2).sum(axis=-1)
     free *= sun.reach**2 * way[:, 1] * (way @ -sun.normal) / square**2
-    return np.asarray(free[:, None] * sun.irradiance + facing[:, None] * lamp.radiance + (1 - hidden)[:, None] * scene.sky_on_ground)
+    return np.asarray(free[:, None] * sun.irradiance + facing[:, None] * lamp.radiance + (1 - hidden)[:, None] * look.sky_on_ground)
 
 
-def _sun_seen(scene: SceneSettings, point: FloatArray, light: DiskLight, lamp: DiskLight) -> FloatArray:
+def _sun_seen(look: LookSettings, point: FloatArray, light: DiskLight, lamp: DiskLight) -> FloatArray:
     """The part (N,) of the sun's disk that the lamp's disk does not hide from points (N, 3)."""
     sun = -light.normal
     across = np.cross(sun, (0.0, 1.0, 0.0) if abs(sun[1]) < 0.9 else (1.0, 0.0, 0.0))
     across /= np.linalg.norm(across)
-    axes = np.stack([across, np.cross(sun, across)]) * np.tan(np.radians(scene.sun_angle))
+    axes = np.stack([across, np.cross(sun, across)]) * np.tan(np.radians(look.sun_angle))
     hidden, points = np.zeros(len(point)), _disk(64)
-    for q in points if max(scene.spot) > 0 else ():
+    for q in points if max(look.spot) > 0 else ():
         way = sun + q @ axes
         along = ((lamp.center - point) @ lamp.normal) / (way @ lamp.normal)
         off = point + along[:, None] * way - lamp.center

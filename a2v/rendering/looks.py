@@ -13,19 +13,19 @@ from typing import Any
 from a2v.errors import InputError
 from a2v.io import brief, read_bytes, shorten
 from a2v.plain_yaml import parse_yaml
-from a2v.rendering.scene import SceneSettings, Triple
+from a2v.rendering.scene import LookSettings, Triple
 
 LOOKS = ("studio", "outdoor", "night")
 """The looks of the package, each a YAML file in the folder `looks`."""
 
 MAX_LOOK_FILE = 1 << 16
 
-_KINDS = typing.get_type_hints(SceneSettings)
-_FIELDS = {field.name: _KINDS[field.name] for field in dataclasses.fields(SceneSettings) if field.name != "provenance"}
+_KINDS = typing.get_type_hints(LookSettings)
+_FIELDS = {field.name: _KINDS[field.name] for field in dataclasses.fields(LookSettings) if field.name != "provenance"}
 
 
-def read_look(name: str | os.PathLike[str]) -> SceneSettings:
-    """The settings of one of `LOOKS`, or of a YAML file with fields of `SceneSettings`; what it leaves out is the studio's.
+def read_look(name: str | os.PathLike[str]) -> LookSettings:
+    """The settings of one of `LOOKS`, or of a YAML file with fields of `LookSettings`; what it leaves out is the studio's.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def read_look(name: str | os.PathLike[str]) -> SceneSettings:
             raise InputError(f"{path}: unknown field '{shorten(str(key), 60)}'; {hint}")
         values[key] = _value(value, f"{path}: {key}", _FIELDS[key])
     try:
-        return SceneSettings(**values)
+        return LookSettings(**values)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

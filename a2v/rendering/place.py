@@ -14,7 +14,7 @@ from a2v.geometry.rays import texels
 from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.renderer import Renderer
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 
 _DARKEST = 0.3
@@ -39,7 +39,7 @@ class Place(Record):
         Square, around the photo (`a2v.rendering.viewpoint`).
     moved : (V, 3) float32
         What brings the person's vertices in the photo's pose to where this camera sees them as the photo does.
-    scene : SceneSettings
+    look : LookSettings
         Lights.
     frame : tuple of 4 int
         Left, top, right, bottom of the photo in `picture`.
@@ -50,7 +50,7 @@ class Place(Record):
     picture: ByteArray
     camera: ViewCamera
     moved: FloatArray
-    scene: SceneSettings
+    look: LookSettings
     frame: tuple[int, ...]
     light: FloatArray
 
@@ -84,7 +84,7 @@ def square_mask(mask: FloatArray, frame: tuple[int, ...]) -> FloatArray:
     return whole
 
 
-def estimate_light(surface: Surface) -> SceneSettings:
+def estimate_light(surface: Surface) -> LookSettings:
     """Lights by how bright the photo shows the sides of the person that face different ways.
 
     Brightness over the seen vertices is fitted by a constant and a direction; what is bright or dark by itself averages out. The sum of all
@@ -110,33 +110,33 @@ def estimate_light(surface: Surface) -> SceneSettings:
     direction /= np.linalg.norm(direction)
     facing = float(np.maximum(normals[seen] @ direction, 0).mean())
     fill = float(linear_to_srgb(np.array(1 - share)))
-    return SceneSettings(
+    return LookSettings(
         background=(fill, fill, fill), sun=(share / max(facing, 0.45),) * 3, sun_direction=tuple(direction.tolist()), sun_angle=8.0,
         spot=(0.0, 0.0, 0.0), grid=0.0, gloss=False,
     )  # fmt: skip
 
 
-def exposed(scene: SceneSettings, gain: FloatArray) -> SceneSettings:
+def exposed(look: LookSettings, gain: FloatArray) -> LookSettings:
     """All lights times `gain` (3,), linear RGB; the fill light no brighter than white."""
-    fill = np.clip(srgb_to_linear(np.array(scene.background)) * gain, 0, 1)
+    fill = np.clip(srgb_to_linear(np.array(look.background)) * gain, 0, 1)
     background = tuple(np.asarray(linear_to_srgb(fill), np.float64).tolist())
-    sun = tuple((np.array(scene.sun) * gain).tolist())
-    return dataclasses.replace(scene, background=background, sun=sun)
+    sun = tuple((np.array(look.sun) * gain).tolist())
+    return dataclasses.replace(look, background=background, sun=sun)
 
 
-def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, scene: SceneSettings, settings: RenderSettings) -> FloatArray:
-    """What a scene's lights give the vertices that the photo shows, irradiance over pi (V, 3) float32; elsewhere about the mean.
+def light_on(surface: Surface, vertices: FloatArray, camera: ViewCamera, look: LookSettings, settings: RenderSettings) -> FloatArray:
+    """What a look's lights give the vertices that the photo shows, irradiance over pi (V, 3) float32; elsewhere about the mean.
 
     Parameters
     ----------
     surface, vertices : Surface, (V, 3)
         The person, and where its vertices are in the world.
-    camera, scene, settings : ViewCamera, SceneSettings, RenderSettings
+    camera, look, settings : ViewCamera, LookSettings, RenderSettings
         A grey person is rendered with them, and its brightness read at each vertex.
     """
     grey = np.full_like(surface.colors, linear_to_srgb(np.array(_GREY)))
     bare = Surface(vertices=surface.vertices, faces=surface.faces, colors=grey)
-    cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), scene).cutout(vertices, camera)
+    cut = Renderer(bare, dataclasses.replace(settings, background="transparent"), look).cutout(vertices, camera)
     size = settings.size
     at = np.clip(camera.project(vertices, size), 0, size - 1e-3).astype(np.int64)
     alpha = cut.alpha[at[:, 1], at[:, 0]]

@@ -8,7 +8,7 @@ import numpy as np
 
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.empty import Empty
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
 TILE, _FINE = 8, 4
@@ -54,7 +54,7 @@ class Region:
         return self if shown.all() else Region(person=self.person & shown, weight=self.weight * shown, contact=self.contact * shown)
 
 
-def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, scene: SceneSettings, empty: Empty) -> Region:
+def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, look: LookSettings, empty: Empty) -> Region:
     """The region of a person (`vertices` (V, 3), `faces` (F, 3)); never too small: whole triangles, whole penumbras."""
     size = len(empty.ground)
     corners = np.ascontiguousarray(faces.T)
@@ -63,7 +63,7 @@ def region(vertices: FloatArray, faces: IntArray, camera: ViewCamera, scene: Sce
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     contact = shade.copy()
     standing = corners[:, (vertices[corners[0], 1] < _LOW) | (vertices[corners[1], 1] < _LOW)]
-    for point, spread in _shadows(vertices, camera, scene):
+    for point, spread in _shadows(vertices, camera, look):
         pixels = _projected(camera, point, size)
         away = np.maximum(np.linalg.norm(point - np.array(camera.origin, np.float32), axis=-1), np.float32(0.1))
         border = spread / away * np.float32(size / 2 / np.tan(np.radians(camera.fov) / 2))
@@ -107,21 +107,21 @@ def _pixels(tiles: BoolArray, size: int, tile: int) -> BoolArray:
     return np.repeat(np.repeat(tiles, tile, axis=0), tile, axis=1)[:size, :size]
 
 
-def _shadows(vertices: FloatArray, camera: ViewCamera, scene: SceneSettings) -> list[tuple[FloatArray, FloatArray]]:
+def _shadows(vertices: FloatArray, camera: ViewCamera, look: LookSettings) -> list[tuple[FloatArray, FloatArray]]:
     """For sun and lamp: where the middle of each vertex's shadow falls on the ground (V, 3), and how far it spreads (V,), metres."""
     above = np.maximum(np.asarray(vertices, np.float32), np.array((-np.inf, 0, -np.inf), np.float32))
-    sun = (np.array(scene.sun_direction) / np.linalg.norm(scene.sun_direction)).astype(np.float32)
+    sun = (np.array(look.sun_direction) / np.linalg.norm(look.sun_direction)).astype(np.float32)
     way = above[:, 1:2] / sun[1] * sun
-    spread = np.linalg.norm(way, axis=1) * np.float32(np.tan(np.radians(scene.sun_angle)) / sun[1])
-    found = [(above - way, spread)] if max(scene.sun) > 0 else []
-    lamp = scene.spot_light(camera.target).center.astype(np.float32)
-    if max(scene.spot) > 0 and above[:, 1].max() < 0.95 * (lamp[1] - scene.spot_radius):
+    spread = np.linalg.norm(way, axis=1) * np.float32(np.tan(np.radians(look.sun_angle)) / sun[1])
+    found = [(above - way, spread)] if max(look.sun) > 0 else []
+    lamp = look.spot_light(camera.target).center.astype(np.float32)
+    if max(look.spot) > 0 and above[:, 1].max() < 0.95 * (lamp[1] - look.spot_radius):
         part = above[:, 1:2] / (lamp[1] - above[:, 1:2])
         # seen from a point below the lamp its rim may hang lower than its middle
-        lower = above[:, 1] / (lamp[1] - np.float32(scene.spot_radius) - above[:, 1])
+        lower = above[:, 1] / (lamp[1] - np.float32(look.spot_radius) - above[:, 1])
         reach = np.linalg.norm((above - lamp)[:, [0, 2]], axis=1)
         found.append(
-            (above + part * (above - lamp), (lower - part[:, 0]) * reach + (1 + lower) * np.float32(scene.spot_radius) * part[:, 0])
+            (above + part * (above - lamp), (lower - part[:, 0]) * reach + (1 + lower) * np.float32(look.spot_radius) * part[:, 0])
         )
     return found
 

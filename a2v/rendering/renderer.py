@@ -16,7 +16,7 @@ from a2v.rendering.empty import Empty, empty_stage, rays
 from a2v.rendering.ground import kept_light
 from a2v.rendering.matter import matter_of
 from a2v.rendering.region import boxes, region
-from a2v.rendering.scene import SceneSettings, mesh_object, render_mesh, stage
+from a2v.rendering.scene import LookSettings, mesh_object, render_mesh, stage
 from a2v.rendering.tracer import Tracer
 from a2v.rendering.variant import activate
 from a2v.types import BoolArray, ByteArray, FloatArray, RenderSettings, Surface
@@ -55,7 +55,7 @@ class Renderer:
         Topology and colours: `texture` through `uv` where present, else vertex `colors`.
     settings : RenderSettings
         `spp` is rounded up to what multi-jittered sampling can do (8, 16, 35 for 32, 64).
-    scene : SceneSettings
+    look : LookSettings
     bsdf : dict or None
         Mitsuba's material, with "surface" where the surface's colours go; None: `a2v.rendering.matter`'s with LLVM, else diffuse.
     extra : dict or None
@@ -75,7 +75,7 @@ class Renderer:
         self,
         surface: Surface,
         settings: RenderSettings = RenderSettings(),  # noqa: B008 - frozen
-        scene: SceneSettings = SceneSettings(),
+        look: LookSettings = LookSettings(),
         *,
         bsdf: dict[str, Any] | None = None,
         extra: dict[str, Any] | None = None,
@@ -85,23 +85,23 @@ class Renderer:
         if len(surface.faces) == 0:
             raise InputError("the surface has no faces to render")
         self._behind = behind(settings, backdrop)
-        self.settings, self.scene_settings = settings, scene
+        self.settings, self.look = settings, look
         self._count = len(surface.vertices)
         self._surface = surface
         mi = activate(settings.variant, settings.threads)
         self.variant: str = mi.variant()
         self._mesh = render_mesh(surface)
-        objects = stage(mi, scene) | (extra or {})
+        objects = stage(mi, look) | (extra or {})
         self._objects = objects
-        self._color = mi.load_dict({"type": "path", "max_depth": scene.bounces + 1, "rr_depth": 64, "hide_emitters": True})
+        self._color = mi.load_dict({"type": "path", "max_depth": look.bounces + 1, "rr_depth": 64, "hide_emitters": True})
         # a pass of its own costs a sixth of what it costs when wrapped around the path integrator
         self._guide = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
         person = mesh_object(mi, self._mesh, surface, bsdf=bsdf)
         self._main = self._scene(mi, {"person": person, **objects})
         own = bsdf is None and not extra and self.variant.startswith("llvm")  # what the tracer knows; all else is Mitsuba's
-        matter = matter_of(surface, bare) if own and scene.gloss else None
+        matter = matter_of(surface, bare) if own and look.gloss else None
         of_faces = None if matter is None else np.median(matter[surface.faces], axis=1)
-        self._tracer = Tracer(mi, self._main.scene, person, scene, of_faces) if own else None
+        self._tracer = Tracer(mi, self._main.scene, person, look, of_faces) if own else None
         self._alone: _Shown | None = None
         self._holdout: _Shown | None = None
         self._empty: _Shown | None = None
@@ -121,7 +121,7 @@ class Renderer:
         missed = 1 - color[..., 3:]
         return Layers(
             color=color[..., :3] + missed * self._sky(shown.camera),
-            albedo=guide[..., :3] + missed * self.scene_settings.ground_albedo,
+            albedo=guide[..., :3] + missed * self.look.ground_albedo,
             normal=guide[..., 3:6] + missed * np.array((0, 1, 0), np.float32),
             alpha=color[..., 3],
         )
@@ -140,7 +140,7 @@ class Renderer:
         vertices, size, seed = np.asarray(vertices, np.float32), self.settings.size, self.settings.seed
         self._show(activate(self.variant, self.settings.threads), self._main, camera, vertices)
         empty = self._empty_stage(camera)
-        found = region(vertices, self._surface.faces, camera, self.scene_settings, empty).within(self.settings.window)
+        found = region(vertices, self._surface.faces, camera, self.look, empty).within(self.settings.window)
         kept = kept_light(tracer, found, empty, camera, self.settings.spp, seed, clean=self.settings.denoise)
         base, person = empty.color * kept, np.zeros((size, size), np.float32)
         pixels = np.flatnonzero(found.person)
@@ -160,16 +160,16 @@ class Renderer:
     def _empty_stage(self, camera: ViewCamera) -> Empty:
         """The stage without anybody; kept for a camera that stands."""
         if self._clear is None or self._clear[0] != camera:
-            self._clear = camera, empty_stage(self.scene_settings, camera, self.settings.size)
+            self._clear = camera, empty_stage(self.look, camera, self.settings.size)
         return self._clear[1]
 
     def _sky(self, camera: ViewCamera | None) -> FloatArray:
         """The sky behind every pixel (H, W, 3)."""
         size = self.settings.size
-        if camera is None or self.scene_settings.zenith is None:
-            return np.broadcast_to(self.scene_settings.fill, (size, size, 3))
+        if camera is None or self.look.zenith is None:
+            return np.broadcast_to(self.look.fill, (size, size, 3))
         ray = rays(camera, size)
-        return self.scene_settings.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1))
+        return self.look.sky(ray[..., 1] / np.linalg.norm(ray, axis=-1))
 
     def _finished(self, layers: Layers) -> FloatArray:
         return denoise(layers) if self.settings.denoise else layers.color
@@ -291,7 +291,7 @@ class Renderer:
             parameters["sensor.to_world"] = _transform(mi, matrix)
             parameters["sensor.x_fov"] = camera.fov
             if "spot.to_world" in parameters:
-                parameters["spot.to_world"] = _transform(mi, self.scene_settings.spot_light(camera.target).matrix)
+                parameters["spot.to_world"] = _transform(mi, self.look.spot_light(camera.target).matrix)
         parameters.update()
         shown.vertices, shown.camera = None if vertices is None else vertices.copy(), camera
 

@@ -19,10 +19,11 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 
-
+FINEST = 0.05
+"""Width of the finest patches of a mottled ground, metres: four texels."""
 
 @dataclass(frozen=True, kw_only=True)
-class SceneSettings(Record):
+class LookSettings(Record):
     """Lights, ground and background.
 
     Directions are world axes (y up, the person faces +z, its left is +x). Irradiance is given over pi: 1 makes
@@ -57,6 +58,10 @@ class SceneSettings(Record):
         Distance of the lines on the ground, metres, which show that the character travels; 0: no lines.
     grid_contrast : float
         How much darker the lines are than the ground.
+    mottle : float
+        Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of its albedo; 0: none.
+    mottle_size : float
+        Width of its largest patches, metres; the finest are `FINEST`.
     ground_radius : float
         Half the side of the ground, metres; the lines fade towards it.
     gloss : bool
@@ -77,6 +82,8 @@ class SceneSettings(Record):
     spot_radius: float = 0.35
     grid: float = 0.5
     grid_contrast: float = 0.16
+    mottle: float = 0.0
+    mottle_size: float = 1.2
     ground_radius: float = 12.0
     gloss: bool = True
     bounces: int = 2
@@ -90,6 +97,8 @@ class SceneSettings(Record):
             raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
         if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
             raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
+        if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
+            raise InputError(f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m to ground_radius")
         if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
             raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
 
@@ -135,7 +144,12 @@ class SceneSettings(Record):
     @property
     def plain_ground(self) -> bool:
         """Whether the ground has one albedo everywhere."""
-        return self.ground is None and (self.grid == 0 or self.grid_contrast == 0)
+        return self.ground is None and not self.is_patterned
+
+    @property
+    def is_patterned(self) -> bool:
+        """Whether lines or irregular lightness change the ground's albedo."""
+        return (self.grid > 0 and self.grid_contrast > 0) or self.mottle > 0
 
     def ground_at(self, place: FloatArray) -> FloatArray:
         """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in metres."""
@@ -221,25 +235,25 @@ def mesh_object(mi: Any, mesh: RenderMesh, surface: Surface, *, bsdf: dict[str, 
     return shape
 
 
-def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
+def stage(mi: Any, look: LookSettings) -> dict[str, Any]:
     """Ground and lights as a Mitsuba dictionary."""
     transform = mi.ScalarTransform4f
     # A disk far away is a directional light with soft shadows. (As a bright patch of an environment map it is noisier:
     # one sample would have to choose between the sun and the sky.)
-    sun, spot = scene.sun_light, scene.spot_light()
+    sun, spot = look.sun_light, look.spot_light()
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
     objects: dict[str, Any] = {
         "ground": {
             "type": "rectangle",
-            "to_world": transform().rotate([1, 0, 0], -90).scale(scene.ground_radius),
-            "bsdf": {"type": "diffuse", "reflectance": _ground_texture(mi, scene)},
+            "to_world": transform().rotate([1, 0, 0], -90).scale(look.ground_radius),
+            "bsdf": {"type": "diffuse", "reflectance": _ground_texture(mi, look)},
         },
         "horizon": {  # the ground goes on; a hair lower, so that the two never fight for a ray
             "type": "rectangle",
             "to_world": transform().translate([0, -0.002, 0]).rotate([1, 0, 0], -90).scale(100.0),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": scene.ground_albedo.tolist()}},
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": look.ground_albedo.tolist()}},
         },
-        "fill": _sky(mi, scene),
+        "fill": _sky(mi, look),
         "sun": {
             "type": "disk",
             "to_world": transform().look_at(origin=sun.center.tolist(), target=[0, 0, 0], up=[0, 0, 1]).scale(sun.radius),
@@ -247,7 +261,7 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
             "light": {"type": "area", "radiance": {"type": "rgb", "value": sun.radiance.tolist()}},
         },
     }
-    if max(scene.spot) > 0:  # a dark one would throw a shadow all the same
+    if max(look.spot) > 0:  # a dark one would throw a shadow all the same
         objects["spot"] = {
             "type": "disk",
             "to_world": transform(spot.matrix),
@@ -257,42 +271,58 @@ def stage(mi: Any, scene: SceneSettings) -> dict[str, Any]:
     return objects
 
 
-def _sky(mi: Any, scene: SceneSettings) -> dict[str, Any]:
-    if scene.zenith is None:
-        return {"type": "constant", "radiance": {"type": "rgb", "value": scene.fill.tolist()}}
+def _sky(mi: Any, look: LookSettings) -> dict[str, Any]:
+    if look.zenith is None:
+        return {"type": "constant", "radiance": {"type": "rgb", "value": look.fill.tolist()}}
     rows = 256  # a picture of the whole sphere: row 0 is overhead
-    picture = scene.sky(np.cos((np.arange(rows) + 0.5) / rows * np.pi))[:, None].repeat(8, axis=1)
+    picture = look.sky(np.cos((np.arange(rows) + 0.5) / rows * np.pi))[:, None].repeat(8, axis=1)
     return {"type": "envmap", "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32))}
 
 
-def _ground_texture(mi: Any, scene: SceneSettings) -> dict[str, Any]:
-    if scene.plain_ground:
-        return {"type": "rgb", "value": scene.ground_albedo.tolist()}
-    return {"type": "bitmap", "bitmap": mi.Bitmap(grid_texture(scene)), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
+def _ground_texture(mi: Any, look: LookSettings) -> dict[str, Any]:
+    if look.plain_ground:
+        return {"type": "rgb", "value": look.ground_albedo.tolist()}
+    return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(grid_texture(look))), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
 
 
-def grid_factor(scene: SceneSettings, pixels: int = 2048) -> FloatArray:
-    """What is left of the ground's albedo (pixels, pixels): faint lines that fade out towards its rim."""
-    if scene.grid == 0 or scene.grid_contrast == 0:
+def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
+    """Factor (pixels, pixels), rows along z and columns along x, on the ground's albedo: faint lines and irregular lightness, which fade out towards its rim."""
+    if not look.is_patterned:
         return np.ones((pixels, pixels))
-    at, pixel = _texels(scene, pixels), 2 * scene.ground_radius / pixels
-    off = np.abs((at + scene.grid / 2) % scene.grid - scene.grid / 2)  # distance to the nearest line
-    line = np.clip(1.25 - off / pixel, 0, 1)
-    lines = np.maximum(line[:, None], line[None, :])
-    radius = np.hypot(at[:, None], at[None, :]) / scene.ground_radius
-    return np.asarray(1 - scene.grid_contrast * lines * _fade(radius))
+    at, pixel = _texels(look, pixels), 2 * look.ground_radius / pixels
+    change = look.mottle * _mottle(look, pixels) if look.mottle > 0 else np.zeros((pixels, pixels))
+    if look.grid > 0:
+        off = np.abs((at + look.grid / 2) % look.grid - look.grid / 2)  # distance to the nearest line
+        line = np.clip(1.25 - off / pixel, 0, 1)
+        change = change - look.grid_contrast * np.maximum(line[:, None], line[None, :])
+    radius = np.hypot(at[:, None], at[None, :]) / look.ground_radius
+    return np.asarray(np.maximum(1 + change * _fade(radius), 0.05))
 
 
-def grid_texture(scene: SceneSettings, pixels: int = 2048) -> ByteArray:
-    """The ground's sRGB texture (pixels, pixels, 3)."""
-    at = _texels(scene, pixels).astype(np.float32)
-    place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1) if scene.ground is not None else np.zeros((1, 1, 2))
-    return to_bytes(linear_to_srgb(scene.ground_at(place) * grid_factor(scene, pixels)[..., None]))
+def _mottle(look: LookSettings, pixels: int) -> FloatArray:
+    """Noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of `mottle_size` and of halves of it down to `FINEST`."""
+    import cv2
+
+    generator, size = np.random.default_rng(0), look.mottle_size
+    noise = np.zeros((pixels, pixels), np.float32)
+    while size >= FINEST:
+        cells = max(2, round(2 * look.ground_radius / size))
+        coarse = generator.standard_normal((cells, cells)).astype(np.float32)
+        noise += np.float32(size**0.4) * cv2.resize(coarse, (pixels, pixels), interpolation=cv2.INTER_CUBIC)
+        size /= 2
+    return np.asarray(np.clip((noise - noise.mean()) / noise.std(), -2.5, 2.5))
 
 
-def _texels(scene: SceneSettings, pixels: int) -> FloatArray:
+def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
+    """The ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as Mitsuba lays it over the ground."""
+    at = _texels(look, pixels).astype(np.float32)
+    place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1) if look.ground is not None else np.zeros((1, 1, 2))
+    return to_bytes(linear_to_srgb(look.ground_at(place) * ground_pattern(look, pixels)[..., None]))[::-1]
+
+
+def _texels(look: LookSettings, pixels: int) -> FloatArray:
     """Where the ground's texels lie along a side, metres."""
-    return (np.arange(pixels) + 0.5) / pixels * 2 * scene.ground_radius - scene.ground_radius
+    return (np.arange(pixels) + 0.5) / pixels * 2 * look.ground_radius - look.ground_radius
 
 
 def _fade(radius: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.matter import Hit
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.types import FloatArray, IntArray
 
 _MOST = 1 << 22
@@ -39,7 +39,7 @@ class Tracer:
     `matter` (F,) says what the person's faces are (`a2v.rendering.matter`); without it all is matt.
     """
 
-    def __init__(self, mi: Any, scene: Any, person: Any, settings: SceneSettings, matter: FloatArray | None = None) -> None:
+    def __init__(self, mi: Any, scene: Any, person: Any, settings: LookSettings, matter: FloatArray | None = None) -> None:
         self._mi, self._scene, self._person, self._settings = mi, scene, person, settings
         self._matter = None if matter is None else mi.Float(matter.astype(np.float32))
         self._table: Any = None
@@ -270,22 +270,22 @@ class _Lamps:
     haze: Any
 
     @classmethod
-    def of(cls, mi: Any, scene: SceneSettings, camera: ViewCamera) -> _Lamps:
+    def of(cls, mi: Any, look: LookSettings, camera: ViewCamera) -> _Lamps:
         """The lamp follows the camera's target."""
-        lights = (scene.sun_light, scene.spot_light(camera.target))
+        lights = (look.sun_light, look.spot_light(camera.target))
         sides = [light.axes * light.radius for light in lights]
         sides[0][1] *= -1  # the sun's disk is sampled mirrored, so that seeds keep the noise that they had
         vectors = [vector for light, two in zip(lights, sides, strict=True) for vector in (light.center, *two, light.normal)]
         c, a, b, n, sc, sa, sb, sn = (mi.Vector3f(*_numbers(mi, value)) for value in vectors)
-        overhead = scene.sky(np.array(np.inf))
-        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*(light.power for light in lights), overhead, scene.fill - overhead))
+        overhead = look.sky(np.array(np.inf))
+        sun_power, spot_power, fill, rest = (mi.Color3f(*_numbers(mi, v)) for v in (*(light.power for light in lights), overhead, look.fill - overhead))
         return cls(
             mi=mi, centre=(c, sc), across=((a, b), (sa, sb)), normal=(n, sn), power=(sun_power, spot_power), fill=fill, rest=rest,
-            haze=None if scene.zenith is None else _number(mi, -1 / scene.haze),
+            haze=None if look.zenith is None else _number(mi, -1 / look.haze),
         )  # fmt: skip
 
     def sky(self, way: Any) -> Any:
-        """Light from the sky in directions `way` (`SceneSettings.sky`)."""
+        """Light from the sky in directions `way` (`LookSettings.sky`)."""
         import drjit as dr
 
         return self.fill if self.haze is None else self.fill + self.rest * dr.exp(dr.maximum(way.y, 0) * self.haze)

@@ -131,12 +131,12 @@ def animate(
     clips, expressions, notes = dict[str, tuple[FloatArray, float]](), dict[str, Mapping[str, FloatArray]](), list[str]()
     character, exact = None, np.zeros((0, 0, 3), np.float32)
     for name, resolved in asked.items():
-        kept = "exported" if deform is None else "character"  # exact vertices are those of the whole character
-        outcome = running.run([kept, "poses", *(["posed"] if deform else [])], resolved.parameters, graph=resolved.graph)
+        kept = "engine_character" if deform is None else "character"  # exact vertices are those of the whole character
+        outcome = running.run([kept, "poses", *(["vertices"] if deform else [])], resolved.parameters, graph=resolved.graph)
         character, poses = outcome.get(kept, Character), outcome.get("poses", Poses)
         clips[name], expressions[name] = (poses.bone_transforms, poses.fps), poses.expressions
         if deform is not None:
-            exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["posed"]])
+            exact = np.stack([store.get(ref, Vertices).vertices for ref in outcome.values["vertices"]])
         notes += [text for text in outcome.notes if text not in notes]
     assert character is not None
     return Animated(character=character, clips=clips, expressions=expressions, exact=exact, notes=notes)

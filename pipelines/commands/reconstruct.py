@@ -16,7 +16,7 @@ from pipelines.options import group, option
 from pipelines.outputs import write_blob
 from pipelines.requests.person import PersonRequest
 
-HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing as in the photo."
+HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing in the body's rest pose."
 EXAMPLES = """examples:
   a2v reconstruct --photo me.jpg --out me.glb
   a2v reconstruct --photo me.png --mask mask.png --keypoints openpose.json --out me.glb
@@ -44,12 +44,12 @@ def run(options: Options) -> Answer:
     options.engines.check(path)
     check_writable(path.parent)
     parameters = options.person.resolve(Store(options.running.cache))
-    outcome = options.running.run("still" if options.engines.plain else "exported", parameters, start=options.start)
+    outcome = options.running.run("still" if options.engines.plain else "engine_character", parameters, start=options.start)
     written = [path]
     if options.engines.plain:
         write_blob(outcome, outcome.values["still"], path)
     else:
-        written = options.engines.write(path, outcome.get("exported", Character), _write)
+        written = options.engines.write(path, outcome.get("engine_character", Character), _write)
     options.running.tell_times(outcome)
     return Answer(files=written, notes=outcome.notes)
 

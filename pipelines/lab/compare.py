@@ -109,7 +109,7 @@ def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str,
     outcome = options.running.run(["surface", "subject", "body", "photo_camera"], parameters, graph=graph)
     person, subject = outcome.get("surface", Reconstruction), outcome.get("subject", Subject)
     colored = color_mirrored(person, subject, outcome.get("body", Body), outcome.get("photo_camera", PhotoCamera))
-    return {"colored": outcome.store.put(colored)}
+    return {"colored_surface": outcome.store.put(colored)}
 
 
 def _warped(options: Options, method: str, outcome: Outcome, render: RenderSettings) -> Sequence[list[ByteArray]]:

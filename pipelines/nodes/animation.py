@@ -17,11 +17,11 @@ from pipelines.nodes.values import Pose, Poses, Vertices, load_character
 
 
 @memo()
-def character(colored: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
+def character(colored_surface: Ref[Surface], body: Ref[Body], bind: BindSettings) -> Ref[Character]:
     """Bind the surface to the body's bones (Eq. 19); one that stands at rest is bound already."""
     from a2v import animation
 
-    surface, fitted = get(colored, Surface), get(body, Body)
+    surface, fitted = get(colored_surface, Surface), get(body, Body)
     return put(
         animation.standing_character(surface, fitted) if surface.standing is not None else animation.bind(surface, fitted, settings=bind)
     )
@@ -65,7 +65,7 @@ def pose(poses: Ref[Poses]) -> list[Ref[Pose]]:
 
 
 @memo()
-def posed(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
+def vertices(character: Ref[Character], pose: Ref[Pose], deform: DeformSettings) -> Ref[Vertices]:
     """Deform the character to one pose (Eq. 20), with what its face expresses."""
     from a2v import animation
 

@@ -15,7 +15,7 @@ from pipelines.nodes.values import Blob, Poses
 
 
 @memo()
-def exported(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
+def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[Character]:
     """The character as files have it: few triangles with a normal map, each made of a named material."""
     from a2v.animation.engine import engine_ready
     from a2v.body.parts import on_parts
@@ -30,7 +30,7 @@ def exported(character: Ref[Character], engine: EngineSettings) -> Ref[Character
 
 
 @memo()
-def glb(exported: Ref[Character], poses: Ref[Poses], props: Ref[Props]) -> Ref[Blob]:
+def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) -> Ref[Blob]:
     """One binary glTF: textured, skinned, animated, and what is climbed as meshes of their own."""
     from a2v.formats.gltf import write_glb
 
@@ -39,18 +39,18 @@ def glb(exported: Ref[Character], poses: Ref[Poses], props: Ref[Props]) -> Ref[B
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
         clips, faces = {clip: (moves.bone_transforms, moves.fps)}, {clip: moves.expressions}
-        write_glb(path, get(exported, Character), clips, expressions=faces, props=get(props, Props))
+        write_glb(path, get(engine_character, Character), clips, expressions=faces, props=get(props, Props))
         return put(Blob.of(path.read_bytes()))
 
 
 @memo()
-def still(exported: Ref[Character]) -> Ref[Blob]:
+def still(engine_character: Ref[Character]) -> Ref[Blob]:
     """One binary glTF in the photo's pose: textured and skinned."""
     from a2v.formats.gltf import write_glb
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(exported, Character), {})
+        write_glb(path, get(engine_character, Character), {})
         return put(Blob.of(path.read_bytes()))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
+from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
-from a2v.motion.wishes import Direction
 from a2v.types import Motion
 from pipelines.engine.memo import memo
 from pipelines.engine.store import File, Ref, put
@@ -29,7 +29,7 @@ def motion(
 
 
 @memo()
-def recorded(motion_file: File, action: str, frames: int, fps: float, edit: Edit) -> Ref[Motion]:
+def recorded_motion(motion_file: File, action: str, frames: int, fps: float, edit: Edit) -> Ref[Motion]:
     """Read a motion file: the first `frames` of it at `fps` and in its tempo. It travels still."""
     from a2v.formats import read_motion
     from a2v.motion.edit import edited, retimed

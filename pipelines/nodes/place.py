@@ -26,8 +26,8 @@ def place(
     photo_camera: Ref[PhotoCamera],
     body: Ref[Body],
     character: Ref[Character],
-    shown: Ref[Surface],
-    look: Ref[RenderSettings],
+    shaded_surface: Ref[Surface],
+    frame_settings: Ref[RenderSettings],
 ) -> Ref[Place]:
     """Paint the person out of the photo, find its camera, and lights under which the character looks as in the photo."""
     from a2v.animation.entrance import photo_to_world
@@ -41,7 +41,7 @@ def place(
     data = bytes(get(photo, Blob))
     picture, frame = square(paint_out(decode_photo(data)[..., :3], in_photo(found.mask, found.crop, found.photo_size)))
     feet = [person.parts == PARTS.index(name) for name in ("left_foot", "right_foot")]
-    surface = get(shown, Surface)  # in the photo's pose, in which a canonical character does not stand
+    surface = get(shaded_surface, Surface)  # in the photo's pose, in which a canonical character does not stand
     flat = camera.flatten(surface.vertices)
     seen = dataclasses.replace(surface, vertices=flat)
     viewpoint = find_viewpoint(soles_slope(seen, feet), told=camera.distance or None)
@@ -50,41 +50,41 @@ def place(
     taken_by, moved = perspective_camera(found, camera.flat, flat, offset, viewpoint)
     moved += flat - surface.vertices
     vertices = surface.vertices + offset.astype(np.float32) + moved
-    trial = dataclasses.replace(get(look, RenderSettings), size=_TRIAL, aspect="1:1")
-    scene = estimate_light(surface)
-    scene = exposed(scene, 1 / light_on(surface, vertices, taken_by, scene, trial).mean(axis=0))
-    light = light_on(surface, vertices, taken_by, scene, dataclasses.replace(trial, size=2 * _TRIAL))
-    return put(Place(picture=picture, camera=taken_by, moved=moved, scene=scene, frame=frame, light=light))
+    trial = dataclasses.replace(get(frame_settings, RenderSettings), size=_TRIAL, aspect="1:1")
+    look = estimate_light(surface)
+    look = exposed(look, 1 / light_on(surface, vertices, taken_by, look, trial).mean(axis=0))
+    light = light_on(surface, vertices, taken_by, look, dataclasses.replace(trial, size=2 * _TRIAL))
+    return put(Place(picture=picture, camera=taken_by, moved=moved, look=look, frame=frame, light=light))
 
 
 @memo()
-def placed(body: Ref[Body], shown: Ref[Surface], posed: Ref[Vertices], place: Ref[Place], look: Ref[RenderSettings]) -> Ref[Image]:
+def photo_frame(body: Ref[Body], shaded_surface: Ref[Surface], vertices: Ref[Vertices], place: Ref[Place], frame_settings: Ref[RenderSettings]) -> Ref[Image]:
     """Render one frame in the photo's place."""
     from a2v.animation.entrance import photo_to_world
     from a2v.rendering.viewpoint import as_seen
 
-    renderer, where = _renderer(current().address, shown, place, look), get(place, Place)
-    start = get(shown, Surface).vertices + photo_to_world(get(body, Body)).astype(np.float32)
-    return put(Image.of(renderer.render(as_seen(get(posed, Vertices).vertices, start, where.moved), where.camera)))
+    renderer, where = _renderer(current().address, shaded_surface, place, frame_settings), get(place, Place)
+    start = get(shaded_surface, Surface).vertices + photo_to_world(get(body, Body)).astype(np.float32)
+    return put(Image.of(renderer.render(as_seen(get(vertices, Vertices).vertices, start, where.moved), where.camera)))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, shown: Ref[Surface], place: Ref[Place], look: Ref[RenderSettings]) -> Any:
+def _renderer(address: str, shaded_surface: Ref[Surface], place: Ref[Place], frame_settings: Ref[RenderSettings]) -> Any:
     """The scene, kept for the frames that follow in the same process."""
     from a2v.rendering import Renderer
     from a2v.rendering.place import without_light
     from pipelines.engine.store import Store
 
     store = Store(address)
-    settings = dataclasses.replace(threaded(store.get(look, RenderSettings)), background="image", aspect="1:1")
+    settings = dataclasses.replace(threaded(store.get(frame_settings, RenderSettings)), background="image", aspect="1:1")
     where = store.get(place, Place)
-    return Renderer(without_light(store.get(shown, Surface), where.light), settings, scene=where.scene, backdrop=where.picture)
+    return Renderer(without_light(store.get(shaded_surface, Surface), where.light), settings, look=where.look, backdrop=where.picture)
 
 
 @memo()
-def photo_clip(placed: np.ndarray, place: Ref[Place], poses: Ref[Poses]) -> Ref[Blob]:
+def photo_clip(photo_frame: np.ndarray, place: Ref[Place], poses: Ref[Poses]) -> Ref[Blob]:
     """The photo's place as an MP4 of the photo's shape."""
     where = get(place, Place)
-    scale = get(placed[0], Image).pixels.shape[0] / len(where.picture)
+    scale = get(photo_frame[0], Image).pixels.shape[0] / len(where.picture)
     left, top, right, bottom = (round(edge * scale / 2) * 2 for edge in where.frame)  # video wants even sizes
-    return put(encode((get(ref, Image).pixels[top:bottom, left:right] for ref in placed), get(poses, Poses).fps))
+    return put(encode((get(ref, Image).pixels[top:bottom, left:right] for ref in photo_frame), get(poses, Poses).fps))

@@ -24,7 +24,7 @@ def surface(
 
 
 @memo()
-def handed(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings) -> Ref[Reconstruction]:
+def surface_with_hands(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, figure: CharacterSettings) -> Ref[Reconstruction]:
     """Sew in the body's own hands, whose fingers move; a canonical character has them already."""
     from a2v.reconstruction import add_hands
     from a2v.reconstruction.canonical import is_canonical
@@ -36,52 +36,46 @@ def handed(surface: Ref[Reconstruction], body: Ref[Body], hands: HandSettings, f
 
 
 @memo()
-def faced(
-    handed: Ref[Reconstruction],
+def surface_with_face(
+    surface_with_hands: Ref[Reconstruction],
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
-    hands: HandSettings,
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """Lay the body's own face, which has expressions, where the photo shows one; or build the canonical character, of which it is a part."""
-    from a2v.reconstruction import add_hands
-    from a2v.reconstruction.canonical import HANGS, SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
+    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
     from a2v.reconstruction.face import add_face
 
-    person, camera, fitted = get(handed, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
-    canonical = is_canonical(fitted, figure)
-    if canonical and hangs_between_legs(person.surface, fitted):
-        canonical = False
-        note(HANGS)
-        person = add_hands(person, fitted, settings=hands)
-    if not canonical:
+    person, camera, fitted = get(surface_with_hands, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
+    if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
-    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face)
+    hangs = hangs_between_legs(person.surface, fitted, get(subject, Subject), camera)
+    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face, hangs=hangs)
     if made.surface.provenance.get("small_face"):
         note(SMALL_FACE)
     return put(made)
 
 
 @memo()
-def colored(
-    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+def colored_surface(
+    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
     from a2v.reconstruction.backends import color_by_photo
 
-    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
+    person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))
 
 
 @memo()
-def shown(
-    faced: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+def shaded_surface(
+    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
-    """As `colored`, but with the photo's shading left in: what looks as in the photo without any light."""
+    """As `colored_surface`, but with the photo's shading left in: what looks as in the photo without any light."""
     from a2v.reconstruction.backends import color_by_photo
 
-    person, fitted, camera = get(faced, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
+    person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
     lit = dataclasses.replace(color, delight=False)
     return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=lit, progress=progress()))

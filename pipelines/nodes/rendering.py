@@ -14,15 +14,15 @@ import numpy as np
 
 from a2v.props import Props
 from a2v.rendering.camera import CameraPath, ViewCamera
-from a2v.rendering.scene import SceneSettings
-from a2v.types import VIEWS, Character, RenderSettings
+from a2v.rendering.scene import LookSettings
+from a2v.types import VIEWS, Body, Character, RenderSettings
 from pipelines.engine.memo import memo, note
 from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
 
 @memo(remember=False)
-def look(render: RenderSettings) -> Ref[RenderSettings]:
+def frame_settings(render: RenderSettings) -> Ref[RenderSettings]:
     """What of the settings a single frame depends on, with the Mitsuba variant that works on this machine."""
     from a2v.rendering import choose_variant
 
@@ -31,18 +31,23 @@ def look(render: RenderSettings) -> Ref[RenderSettings]:
         variant, message = choose_variant()
         if message:
             note(message)
-    return put(dataclasses.replace(render, variant=variant, views=VIEWS, titles=False, threads=0, provenance={}))
+    return put(dataclasses.replace(render, variant=variant, views=VIEWS, follow=True, titles=False, threads=0, provenance={}))
 
 
 @memo()
-def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath, ...]) -> np.ndarray:
-    """The cameras of every frame and view; they follow the character."""
+def camera(
+    vertices: np.ndarray, poses: Ref[Poses], body: Ref[Body], render: RenderSettings, cameras: tuple[CameraPath, ...]
+) -> np.ndarray:
+    """The cameras of every frame and view; they follow the character, and the front view stands where it faces in the mean."""
+    from a2v.animation.root_motion import ground_path_of
     from a2v.rendering import follow_cameras
 
-    clouds = [get(ref, Vertices).vertices for ref in posed]
+    moves = get(poses, Poses)
+    facing = ground_path_of(moves.bone_transforms, get(body, Body)).heading
+    clouds = [get(ref, Vertices).vertices for ref in vertices]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
     wanted = (*VIEWS, *(view for view in render.views if view not in VIEWS))  # the four are the same whichever of them are asked for
-    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras)
+    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras, facing=facing, fps=moves.fps)
     found = np.empty((len(clouds), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):
@@ -53,21 +58,28 @@ def camera(posed: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath,
 @memo()
 def frame(
     character: Ref[Character],
-    posed: Ref[Vertices],
+    vertices: Ref[Vertices],
     camera: Ref[ViewCamera],
-    look: Ref[RenderSettings],
+    frame_settings: Ref[RenderSettings],
     backdrop: Ref[Blob] | None,
-    scene: SceneSettings,
+    look: LookSettings,
     props: Ref[Props],
 ) -> Ref[Image]:
     """Render one frame of one view, with what is under the feet of whoever climbs."""
-    renderer = _renderer(current().address, character, look, backdrop, scene, props)
-    vertices = np.concatenate([get(posed, Vertices).vertices, get(props, Props).vertices])
-    return put(Image.of(renderer.render(vertices, get(camera, ViewCamera))))
+    renderer = _renderer(current().address, character, frame_settings, backdrop, look, props)
+    moved = np.concatenate([get(vertices, Vertices).vertices, get(props, Props).vertices])
+    return put(Image.of(renderer.render(moved, get(camera, ViewCamera))))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings], backdrop: Ref[Blob] | None, scene: SceneSettings, props: Ref[Props]) -> Any:
+def _renderer(
+    address: str,
+    character: Ref[Character],
+    frame_settings: Ref[RenderSettings],
+    backdrop: Ref[Blob] | None,
+    look: LookSettings,
+    props: Ref[Props],
+) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
     from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
@@ -75,13 +87,13 @@ def _renderer(address: str, character: Ref[Character], look: Ref[RenderSettings]
     from a2v.rendering.things import with_props
     from pipelines.engine.store import Store
 
-    settings = threaded(Store(address).get(look, RenderSettings))
+    settings = threaded(Store(address).get(frame_settings, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
     person = load_character(address, character)
     bare = np.isin(person.parts, [PARTS.index(part) for part in ("head", "left_hand", "right_hand")])
     things = Store(address).get(props, Props)
     bare = np.concatenate([bare, np.zeros(len(things.vertices), bool)])
-    return Renderer(with_props(person.surface, things), settings, scene, backdrop=picture, bare=bare)
+    return Renderer(with_props(person.surface, things), settings, look, backdrop=picture, bare=bare)
 
 
 def threaded(settings: RenderSettings) -> RenderSettings:

@@ -25,10 +25,10 @@ from pipelines.requests.fields import Request
 
 if TYPE_CHECKING:
     from a2v.motion import MotionModel
+    from a2v.motion.direction import Direction
     from a2v.motion.plan import MotionPlan
     from a2v.motion.prompts import Step
     from a2v.motion.vocabulary import UnknownActionError
-    from a2v.motion.wishes import Direction
 
 AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
 """The default, which is all that there is (`a2v.motion.plan`); the papers' eight actions; and the model with most, which can be directed."""
@@ -130,9 +130,9 @@ def read_direction(model: MotionModel, steps: Sequence[Step], way: WayOptions, *
         A file or a number is none, or the model or the steps cannot take it.
     """
     from a2v.motion.direct import check_directed
+    from a2v.motion.direction import Direction, Keyframe
     from a2v.motion.keyframes import read_holds, read_keyframes, read_poses
     from a2v.motion.ways import read_path
-    from a2v.motion.wishes import Direction, Keyframe
 
     if way.path is None and way.pace is not None:
         raise InputError(f"pace is {way.pace:g}, but there is no path; give one with --path, or change the tempo with --speed")

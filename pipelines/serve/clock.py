@@ -7,19 +7,19 @@ from collections.abc import Mapping
 
 from pipelines.engine.progress import Update
 
-STILL = ("subject", "photo_body", "surface", "body", "colored", "character", "exported")
+STILL = ("subject", "photo_body", "surface", "body", "colored_surface", "character", "engine_character")
 """The nodes from a photo to a character, which are remembered for the next video."""
 
 PRIOR: Mapping[str, float] = {
-    "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
-    "exported": 3.0, "glb": 0.5, "bvh": 0.2, "posed": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
+    "subject": 3.0, "photo_body": 20.0, "surface": 15.0, "body": 20.0, "colored_surface": 10.0, "character": 6.0, "motion": 0.3, "poses": 0.3,
+    "engine_character": 3.0, "glb": 0.5, "bvh": 0.2, "vertices": 0.15, "frame": 0.5, "video": 0.5, "clip": 0.5,
 }  # fmt: skip
-"""Seconds of a node on two cores, as long as none was measured here; of `posed` a frame, of `frame` a picture of `PIXELS` samples."""
+"""Seconds of a node on two cores, as long as none was measured here; of `vertices` a frame, of `frame` a picture of `PIXELS` samples."""
 PIXELS = 256 * 256 * 8
 _NAMES: Mapping[str, str] = {
     "subject": "Finding the person", "photo_body": "Fitting a body", "surface": "Building the surface", "body": "Fitting the body closely",
-    "colored": "Colouring the unseen sides", "shown": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "look": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
-    "posed": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "exported": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
+    "colored_surface": "Colouring the unseen sides", "shaded_surface": "Colouring the unseen sides", "character": "Tying skin to bones", "motion": "Making the motion", "frame_settings": "Trying the renderer", "camera": "Placing the cameras", "pose": "Moving the bones", "props": "Moving the bones", "poses": "Moving the bones",
+    "vertices": "Moving the skin", "frame": "Rendering", "video": "Encoding", "clip": "Encoding", "engine_character": "Writing the character", "glb": "Writing the character", "bvh": "Writing the motion",
 }  # fmt: skip
 
 
@@ -34,7 +34,7 @@ class Clock:
     """
 
     def __init__(self, *, frames: int, pictures: int, samples: int, known: bool, measured: Mapping[str, float]) -> None:
-        self._units = {"posed": float(frames), "frame": pictures * samples / PIXELS}
+        self._units = {"vertices": float(frames), "frame": pictures * samples / PIXELS}
         each = {**PRIOR, **{name: seconds for name, seconds in measured.items() if name in PRIOR}}
         self._whole = {name: seconds * self._units.get(name, 1.0) * (not (known and name in STILL)) for name, seconds in each.items()}
         self._left = dict(self._whole)

@@ -37,7 +37,7 @@ def pictures(folder: Path, tell: Callable[[str], None]) -> Early:
 
         return draw
 
-    return {"photo_body": stage("body", "photo_body"), "surface": stage("surface", "surface"), "colored": stage("textured", "colored")}
+    return {"photo_body": stage("body", "photo_body"), "surface": stage("surface", "surface"), "colored_surface": stage("textured", "colored_surface")}
 
 
 def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteArray:
@@ -79,5 +79,5 @@ _DRAWN: Mapping[str, Callable[[Outcome], ByteArray]] = {
         seen.get("subject", Subject), seen.get("photo_body", Body), seen.get("photo_camera", PhotoCamera)
     ),
     "surface": lambda seen: turned(seen.get("surface", Reconstruction).surface, plain=True),
-    "textured": lambda seen: turned(seen.get("colored", Surface), plain=False),
+    "textured": lambda seen: turned(seen.get("colored_surface", Surface), plain=False),
 }

@@ -23,7 +23,7 @@ from a2v.lab.evaluation.physics import jitter
 from a2v.lab.evaluation.retargeting import measure_retargeting
 from tests.support.motions import clip
 
-LIMBS = [("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist")]
+LIMB_BONES = [("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist")]
 RAW = RetargetSettings(raw=True, smoothing=0.0)
 
 
@@ -78,7 +78,7 @@ def test_raw_limbs_point_where_the_motion_points(body: Body, cartwheel: Path) ->
     source = straightened(source_joints(motion), standing_posture(motion), rig_of(body))
     turn = heading_rotmat(source)
     for side in SIDES:
-        for a, b in LIMBS:
+        for a, b in LIMB_BONES:
             wanted = unit(source[f"{side}_{b}"] - source[f"{side}_{a}"]) @ turn.T
             got = unit(joints[f"{side}_{b}"] - joints[f"{side}_{a}"])
             assert np.degrees(np.arccos(np.clip((wanted * got).sum(-1), -1, 1))).max() < 2.5, (side, a)

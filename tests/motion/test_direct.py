@@ -10,10 +10,10 @@ from a2v.kinematics.ground import ground_path, heading
 from a2v.lab.evaluation.physics import physics_metrics
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion, natural_speed
+from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
-from a2v.motion.ways import Path, way_along
-from a2v.motion.wishes import Direction, Hold, Keyframe
+from a2v.motion.ways import GroundPath, way_along
 from a2v.types import Motion
 
 WALK = [Step(action="Walk")]
@@ -28,7 +28,7 @@ def directed(model: MotionModel, *, steps=WALK, frames: int = 150, fps: float = 
     return make_motion(model, steps, frames=frames, fps=fps, seed=seed, direction=Direction(**asked))
 
 
-def away(motion: Motion, path: Path) -> np.ndarray:
+def away(motion: Motion, path: GroundPath) -> np.ndarray:
     """Distance of the root from the path, frame by frame, metres."""
     dense = path.at(np.linspace(0, path.lengths[-1], 2000))
     return np.linalg.norm(motion.root[:, None, [0, 2]] - dense[None], axis=-1).min(1)
@@ -43,7 +43,7 @@ PATHS = {
 
 @pytest.mark.parametrize("name", PATHS)
 def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel, name: str) -> None:
-    path = Path(PATHS[name])
+    path = GroundPath(PATHS[name])
     motion = directed(model, path=path)
     distance = away(motion, path)
     assert distance.mean() < 0.05
@@ -65,13 +65,13 @@ def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel,
 def test_who_jogs_round_a_bend_does_not_slide(model: MotionModel) -> None:
     ours = []
     for seed in (0, 1):
-        made = make_motion(model, [Step(action="Jog")], frames=60, fps=30, seed=seed, direction=Direction(path=Path(PATHS["circle"])))
+        made = make_motion(model, [Step(action="Jog")], frames=60, fps=30, seed=seed, direction=Direction(path=GroundPath(PATHS["circle"])))
         ours.append(physics_metrics(made, floor=None).contact_slide)
     assert np.mean(ours) < 0.5  # the root keeps its path
 
 
 def test_a_corner_is_taken_slowly_by_who_is_fast() -> None:
-    path = Path(PATHS["corner"])
+    path = GroundPath(PATHS["corner"])
     for pace, least in ((1.0, 0.5), (3.0, 0.9)):
         way = way_along(path, pace=pace, fps=30)
         speed = np.linalg.norm(np.diff(way.points, axis=0), axis=-1) * 30
@@ -82,14 +82,14 @@ def test_a_corner_is_taken_slowly_by_who_is_fast() -> None:
 
 
 def test_the_same_seed_gives_the_same_motion_and_another_another(model: MotionModel) -> None:
-    path = Path(PATHS["straight"])
+    path = GroundPath(PATHS["straight"])
     first, again, other = (directed(model, path=path, seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first.joints, again.joints)
     assert np.abs(first.joints - other.joints[: first.frames]).max() > 0.05
 
 
 def test_pace_tempo_and_rate_are_what_was_asked_for(model: MotionModel) -> None:
-    path = Path(PATHS["straight"])
+    path = GroundPath(PATHS["straight"])
     assert abs(directed(model, path=path, pace=1.0).frames / 30 - 5) < 0.3
     quick = make_motion(model, WALK, frames=9, fps=24, edit=Edit(speed=2.0), direction=Direction(path=path, pace=1.0))
     assert abs(quick.frames / 24 - 2.5) < 0.2
@@ -97,8 +97,8 @@ def test_pace_tempo_and_rate_are_what_was_asked_for(model: MotionModel) -> None:
 
 
 def test_a_heading_is_kept_along_a_path_that_leads_elsewhere(model: MotionModel) -> None:
-    motion = directed(model, steps=[Step(action="Walk sideways")], path=Path(np.array([[0, 0], [3.0, 0]])), heading=0.0)
-    assert away(motion, Path(np.array([[0, 0], [3.0, 0]]))).max() < 0.15
+    motion = directed(model, steps=[Step(action="Walk sideways")], path=GroundPath(np.array([[0, 0], [3.0, 0]])), heading=0.0)
+    assert away(motion, GroundPath(np.array([[0, 0], [3.0, 0]]))).max() < 0.15
     assert np.abs(heading(motion.joints, model.skeleton)).mean() < np.radians(20)
 
 
@@ -150,7 +150,7 @@ def test_several_actions_lead_to_a_pose(model: MotionModel, action: str, seed: i
 
 
 def test_what_cannot_be_directed_says_so(model: MotionModel) -> None:
-    path = Path(PATHS["straight"])
+    path = GroundPath(PATHS["straight"])
     with pytest.raises(InputError, match="cannot be directed"):
         directed(MotionModel.load("humanact12"), steps=[Step(action="walk")], path=path)
     with pytest.raises(InputError, match="pace is 0 m a second; expected"):
@@ -158,9 +158,9 @@ def test_what_cannot_be_directed_says_so(model: MotionModel) -> None:
     with pytest.raises(InputError, match="one action"):
         directed(model, steps=[*WALK, *WALK], path=path)
     with pytest.raises(InputError, match="the same"):
-        Path(np.array([[0, 0], [0, 0.0]]))
+        GroundPath(np.array([[0, 0], [0, 0.0]]))
     with pytest.raises(InputError, match="expected 2 to"):
-        Path(np.zeros((1, 2)))
+        GroundPath(np.zeros((1, 2)))
     with pytest.raises(InputError, match="lasts 4"):
         directed(model, keyframes=(Keyframe(time=9, at=(0, 1)),))
     with pytest.raises(InputError, match="no joint 'tail'"):

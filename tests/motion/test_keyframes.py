@@ -12,8 +12,8 @@ from a2v.formats.registry import MOTION_FORMATS, write_motion
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.ground import heading
 from a2v.motion import MotionModel
+from a2v.motion.direction import Hold
 from a2v.motion.keyframes import read_holds, read_keyframes, read_poses
-from a2v.motion.wishes import Hold
 
 
 @pytest.fixture(scope="module")

@@ -92,10 +92,10 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
 @pytest.mark.parametrize(
     ("file", "changed", "kept"),
     [
-        ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored", "camera", "clip"}),
+        ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored_surface", "camera", "clip"}),
         ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
-        ("a2v/geometry/rays.py", {"surface", "colored", "photo_body", "body"}, {"motion", "frame", "posed"}),
-        ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "posed"}),
+        ("a2v/geometry/rays.py", {"surface", "colored_surface", "photo_body", "body"}, {"motion", "frame", "vertices"}),
+        ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "vertices"}),
         ("a2v/sessions.py", {"motion", "surface", "subject"}, {"frame", "photo_body"}),
         ("a2v/perception/data/depth_correction.npz", {"subject"}, set(STEPS) - {"subject"}),
         ("a2v/perception/data/bodymap.onnx", {"subject"}, set(STEPS) - {"subject"}),

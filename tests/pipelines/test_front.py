@@ -75,7 +75,7 @@ def test_a_video_is_that_of_the_command_and_is_remembered_by_it(me, walk, tmp_pa
     kept = ("video.mp4", "front.mp4", "character.glb", "motion.bvh", "motion.npz")
     assert all(sha256(tmp_path / "b" / name) == sha256(tmp_path / "c" / name) for name in kept)
     nodes = json.loads((tmp_path / "c" / "report.json").read_text())["nodes"]
-    assert all(node["remembered"] == node["calls"] for name, node in nodes.items() if name != "look")
+    assert all(node["remembered"] == node["calls"] for name, node in nodes.items() if name != "frame_settings")
 
 
 def test_progress_is_told_to_a_function_and_to_nobody_else(capfd):

@@ -21,7 +21,7 @@ LIGHT = (
     "--fit.rounds", "2", "--fit.steps", "3", "--perception.refine", "false", "--implicit.resolution", "200", "--implicit.vertices", "25000",
     "--color.texture", "256",
 )  # fmt: skip
-OF_PEOPLE = ("subject", "photo_body", "surface", "body", "colored", "character", "task_person")
+OF_PEOPLE = ("subject", "photo_body", "surface", "body", "colored_surface", "character", "task_person")
 
 
 def where_from(module: str) -> tuple[str, str | None, str]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from a2v.rendering.lights import AIM, SUN_DISTANCE, DiskLight
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 
-SCENE = SceneSettings(sun_direction=(0.3, 1.0, -0.2), spot_position=(1.0, 3.0, 2.0))
+SCENE = LookSettings(sun_direction=(0.3, 1.0, -0.2), spot_position=(1.0, 3.0, 2.0))
 
 
 def lights() -> list[DiskLight]:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from a2v.face import FACE_KINDS, Face
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, activate
+from a2v.rendering import LookSettings, Renderer, ViewCamera, activate
 from a2v.rendering.matter import EYE, WRAP, Hit, matter_of
 from a2v.types import FloatArray, RenderSettings, Surface
 from tests.support.blocks import block
 
 CAMERA = ViewCamera(origin=(0.0, 1.0, 4.5), target=(0.0, 0.9, 0.0), fov=28)
-SIDE = SceneSettings(
+SIDE = LookSettings(
     sun=(0.0, 0.0, 0.0), spot=(1.0, 1.0, 1.0), spot_position=(4.0, 2.0, 0.6), background=(0.1, 0.1, 0.1), grid=0, bounces=1
 )
 SETTINGS = RenderSettings(size=64, spp=32, threads=1)

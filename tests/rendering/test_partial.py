@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from a2v.geometry.colors import linear_to_srgb
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, follow_cameras
+from a2v.rendering import LookSettings, Renderer, ViewCamera, follow_cameras
 from a2v.rendering.empty import empty_stage
 from a2v.rendering.region import boxes, region
 from a2v.types import FloatArray, RenderSettings, Surface
@@ -17,7 +17,7 @@ from tests.support.blocks import block
 
 SETTINGS = RenderSettings(size=96, spp=8, threads=1)
 OBLIQUE = ViewCamera(origin=(3.0, 2.6, 3.3), target=(0.3, 0.9, 0.1), fov=40)
-SCENE = SceneSettings()
+SCENE = LookSettings()
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import trimesh
 
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.mesh import vertex_normals
-from a2v.rendering import Renderer, SceneSettings, ViewCamera
+from a2v.rendering import LookSettings, Renderer, ViewCamera
 from a2v.rendering.place import DIRECTED, estimate_light, exposed, light_on, square, without_light
 from a2v.types import RenderSettings, Surface
 
@@ -80,7 +80,7 @@ def test_a_person_without_its_light_looks_under_it_as_in_the_photo():
     person = Surface(vertices=vertices, faces=faces, colors=np.float32(shown[:, None] * [1.0, 0.9, 0.7]))
     camera = ViewCamera(origin=(0.0, 1.0, 25.0), target=(0.0, 1.0, 0.0), fov=5)
     settings = RenderSettings(size=96, spp=16, threads=1)
-    scene = SceneSettings(
+    scene = LookSettings(
         sun=(0.7, 0.7, 0.7), sun_direction=(0.9, 1.0, 0.3), spot=(0, 0, 0), background=(0.7, 0.7, 0.7), grid=0, gloss=False
     )
     light = light_on(person, vertices, camera, scene, settings)

@@ -7,7 +7,7 @@ import pytest
 
 from a2v.errors import InputError
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
-from a2v.rendering import Renderer, SceneSettings, ViewCamera, denoise, follow_cameras
+from a2v.rendering import LookSettings, Renderer, ViewCamera, denoise, follow_cameras
 from a2v.rendering.scene import render_mesh
 from a2v.types import RenderSettings, Surface
 from tests.support.blocks import RED, block
@@ -123,7 +123,7 @@ def test_what_does_not_move_does_not_flicker(surface: Surface, renderer: Rendere
 
 
 def test_open_ground_dissolves_into_the_backdrop(surface: Surface) -> None:
-    scene = SceneSettings(spot=(0, 0, 0), grid=0)
+    scene = LookSettings(spot=(0, 0, 0), grid=0)
     far = surface.vertices + np.float32([0, 0, -500])  # out of the picture's way
     camera = ViewCamera(origin=(0, 0.9, 5), target=(0, 0.9, 0), fov=28)
     image = Renderer(surface, dataclasses.replace(SETTINGS, spp=64), scene).render(far, camera).astype(float)
@@ -148,7 +148,7 @@ def test_the_lights_cast_shadows_from_above(surface: Surface, renderer: Renderer
     covered = renderer.mask(surface.vertices, camera) > 0
     drop = np.where(covered, 0, 1 - with_box / without)
     assert drop.max() > 0.25
-    direction = np.array(SceneSettings().sun_direction)
+    direction = np.array(LookSettings().sun_direction)
     # the sun's shadow falls away from it: in this picture x grows to the right and z downwards
     tip = camera.project(np.array([0, 0.9, 0]) - 0.9 * direction / direction[1], 96)
     sunlit = camera.project(np.array([0, 0.9, 0]) - 0.9 * np.array([direction[0], direction[1], -direction[2]]) / direction[1], 96)
@@ -209,9 +209,9 @@ def test_wrong_vertices_are_named(surface: Surface, renderer: Renderer) -> None:
 
 def test_odd_scenes_are_named() -> None:
     with pytest.raises(InputError, match="above the ground"):
-        SceneSettings(sun_direction=(1, -1, 0))
+        LookSettings(sun_direction=(1, -1, 0))
     with pytest.raises(InputError, match="background"):
-        SceneSettings(background=(2, 0, 0))
+        LookSettings(background=(2, 0, 0))
 
 
 # ---- backgrounds

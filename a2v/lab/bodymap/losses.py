@@ -10,7 +10,7 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.lab.bodymap.examples import Example
 from a2v.lab.bodymap.networks import MAPS, BodyMaps
 
-_LIMBS = [index for index, name in enumerate(BLAZEPOSE) if name.split("_")[-1] in ("elbow", "wrist", "knee", "ankle")]
+_LIMB_LANDMARKS = [index for index, name in enumerate(BLAZEPOSE) if name.split("_")[-1] in ("elbow", "wrist", "knee", "ankle")]
 _FRONT, _LOG_FRONT, _LOG_PLACE, _INSIDE = (MAPS.index(name) for name in ("front", "log_front", "log_place", "inside"))
 
 
@@ -75,8 +75,8 @@ def errors(told: BodyMaps, true: dict[str, Tensor]) -> dict[str, Tensor]:
     front = ((told.maps[:, _FRONT] - true["depths"][:, 0]).abs() * seen).sum(dim=(1, 2)) / count
     place = ((told.maps[:, :_FRONT] - true["places"]).abs().mean(dim=1) * seen).sum(dim=(1, 2)) / count
     return {
-        "limbs": gap[:, _LIMBS, :2].norm(dim=-1).nanmean(dim=1) * centimetres,
-        "limbs_depth": gap[:, _LIMBS, 2].abs().nanmean(dim=1) * centimetres,
+        "limbs": gap[:, _LIMB_LANDMARKS, :2].norm(dim=-1).nanmean(dim=1) * centimetres,
+        "limbs_depth": gap[:, _LIMB_LANDMARKS, 2].abs().nanmean(dim=1) * centimetres,
         "landmarks_depth": gap[..., 2].abs().nanmean(dim=1) * centimetres,
         "front_depth": front * centimetres,
         "places": place,

@@ -13,7 +13,7 @@ from a2v.geometry.vectors import unit
 from a2v.lab.evaluation.physics import foot_skating
 from a2v.types import Body, FloatArray, Motion
 
-_LIMBS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_LIMB_BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _scaled(source: dict[str, FloatArray], back: FloatArray, rig: Rig) -> dict[s
         across = unit(source[f"left_{base}"] - source[f"right_{base}"]) * rig.length(f"left_{base}", f"right_{base}") / 2
         out[f"left_{base}"], out[f"right_{base}"] = start + across, start - across
     for side in SIDES:
-        for a, b in _LIMBS:
+        for a, b in _LIMB_BONES:
             step = unit(source[f"{side}_{b}"] - source[f"{side}_{a}"])
             out[f"{side}_{b}"] = out[f"{side}_{a}"] + step * rig.length(f"{side}_{a}", f"{side}_{b}")
     return out

@@ -249,7 +249,7 @@ class FlowNetwork(nn.Module):
             follows only takes variety away (Kynkäänniemi et al. 2024).
         steer : callable or None
             Moves codes (B, D) to where they are wanted. It is applied to the code that the velocity heads for, at every evaluation, and
-            to the result: what the wish leaves open is settled by the flow, around it.
+            to the result: what the constraints leave open is settled by the flow, around it.
         """
         starts = [step / steps for step in range(steps)]
         times = [0.0, 0.5 / steps, *starts[1:]]

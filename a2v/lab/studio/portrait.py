@@ -16,7 +16,7 @@ from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.record import Record
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.renderer import Renderer
-from a2v.rendering.scene import SceneSettings
+from a2v.rendering.scene import LookSettings
 from a2v.rendering.variant import activate
 from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 
@@ -143,7 +143,7 @@ def take_portrait(surface: Surface, settings: PortraitSettings = PortraitSetting
     Portrait
         The same settings give the same picture (up to the renderer's rounding, well under one level).
     """
-    scene = SceneSettings(
+    scene = LookSettings(
         background=_triple(np.clip(linear_to_srgb(np.full(3, settings.fill)), 0, 1)),
         sun=_triple(settings.key * (1 + 0.25 * settings.warmth * np.array([0.6, -0.05, -1.0]))),
         sun_direction=settings.key_direction,

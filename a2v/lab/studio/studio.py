@@ -19,7 +19,7 @@ from a2v.geometry.rays import RayScene, SideView, side_view, signed_distance_and
 from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
-from a2v.lab.studio.makehuman.named import LOOKS, named_person
+from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
 from a2v.lab.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
 from a2v.lab.studio.photograph import Photograph, light_scene, photograph_scene
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
@@ -50,7 +50,7 @@ class Studio:
     dresser : Dresser, optional
         Makes the people who are no avatars, if the settings want some.
     data : path, optional
-        Folder with MakeHuman's archive, for people with a name (`LOOKS`).
+        Folder with MakeHuman's archive, for people with a name (`NAMED_PEOPLE`).
     bank : PoseBank, optional
         Poses of ``settings.varied``.
     """
@@ -139,7 +139,7 @@ class Studio:
         ----------
         avatar : str
             Who is photographed, instead of whom the number says: it depends on how many avatars there are. Of MakeHuman's people it is
-            one of `LOOKS`.
+            one of `NAMED_PEOPLE`.
         stance : str
             A class of `STANCES` that the pose is drawn from.
 
@@ -154,7 +154,7 @@ class Studio:
         if self.settings.surrounds:
             chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, Stream.THINGS])
             draw = partial(draw, clutter=self._clutter(chance), chance=chance)
-        if avatar in LOOKS:
+        if avatar in NAMED_PEOPLE:
             made = self._named_person(avatar)
             return draw(made.prepared, made.faces, made.guide)
         if not avatar and (dresser := self._dresser_of(index)):
@@ -178,7 +178,7 @@ class Studio:
         )
 
     def _named_person(self, name: str) -> Dressed:
-        """One of `LOOKS`; the last one is kept."""
+        """One of `NAMED_PEOPLE`; the last one is kept."""
         if self._last is None or self._last[0] != name:
             if self._data is None:
                 raise InputError(f"{name} is one of MakeHuman's people; give the folder that holds their archive")

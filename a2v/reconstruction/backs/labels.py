@@ -95,7 +95,7 @@ class Seen:
         return on_parts(self.parts, *names)
 
 
-LIMBS: tuple[tuple[str, ...], ...] = (
+LIMB_PARTS: tuple[tuple[str, ...], ...] = (
     _HEAD, ("torso",), *((f"{side}_upper_arm", f"{side}_lower_arm") for side in ("left", "right")),
     *((f"{side}_hand",) for side in ("left", "right")), *((f"{side}_thigh", f"{side}_shin", f"{side}_foot") for side in ("left", "right")),
 )  # fmt: skip
@@ -110,7 +110,7 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
     from scipy.spatial import cKDTree
 
     front = np.flatnonzero(known)[cKDTree(pixels[known]).query(pixels, workers=1)[1]]
-    for names in LIMBS:
+    for names in LIMB_PARTS:
         own = on_parts(parts, *names)
         shown = np.flatnonzero(own & known)
         if len(shown) >= 20:

@@ -18,7 +18,7 @@ from a2v.lab.evaluation.moved.panels import MOVED_PANELS
 from a2v.lab.evaluation.moved.sheets import moved_rows
 from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
 from a2v.lab.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, rig_bone, rig_transforms, shape_body
-from a2v.lab.studio.makehuman.named import LOOKS
+from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
 from a2v.lab.studio.ordinary import ORDINARY, arm_reaching, draw_ordinary
 from a2v.lab.studio.stand import prepare_avatar
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
@@ -34,10 +34,10 @@ def test_photos_are_pinned_and_nobody_in_them_is_trained_on() -> None:
     assert {name: len(pins) for name, pins in MOVED_PANELS.items()} == {"development": 20, "final": 20}
     every = [pin for pins in MOVED_PANELS.values() for pin in pins]
     assert len({pin.index for pin in every}) == len(every)
-    assert {split_of(pin.avatar) for pin in every if pin.avatar not in LOOKS} == {"validation"}
-    people = {name: {pin.avatar.rpartition("_")[0] for pin in pins if pin.avatar not in LOOKS} for name, pins in MOVED_PANELS.items()}
+    assert {split_of(pin.avatar) for pin in every if pin.avatar not in NAMED_PEOPLE} == {"validation"}
+    people = {name: {pin.avatar.rpartition("_")[0] for pin in pins if pin.avatar not in NAMED_PEOPLE} for name, pins in MOVED_PANELS.items()}
     assert people == {"development": set(VALIDATION_IDENTITIES), "final": set(REPORT_IDENTITIES)}
-    looks = [pin.avatar for pin in every if pin.avatar in LOOKS]
+    looks = [pin.avatar for pin in every if pin.avatar in NAMED_PEOPLE]
     assert len(set(looks)) == len(looks)
     assert {pin.stance for pin in every} == set(ORDINARY)
 

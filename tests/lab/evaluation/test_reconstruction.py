@@ -40,7 +40,7 @@ from a2v.lab.evaluation.reconstruction import (
 from a2v.lab.evaluation.reconstruction.measures import detail_share
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.avatars import a_pose
-from a2v.lab.studio.makehuman.named import LOOKS
+from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.stances import STANCES
 from a2v.lab.studio.variation import REPORT_IDENTITIES, split_of
@@ -294,8 +294,8 @@ def test_photos_are_pinned() -> None:
     assert BenchmarkSettings().views >= 40  # nobody measures a part by accident
     every = [pin for pins in PANELS.values() for pin in pins]
     assert len({pin.index for pin in every}) == len(every)  # finished photos are kept by number
-    assert {split_of(pin.avatar) for pin in every if pin.avatar not in LOOKS} == {"validation"}
-    people = {name: {pin.avatar.rpartition("_")[0] for pin in PANELS[name] if pin.avatar not in LOOKS} for name in PANELS}
+    assert {split_of(pin.avatar) for pin in every if pin.avatar not in NAMED_PEOPLE} == {"validation"}
+    people = {name: {pin.avatar.rpartition("_")[0] for pin in PANELS[name] if pin.avatar not in NAMED_PEOPLE} for name in PANELS}
     assert people["report"] == people["final"] == set(REPORT_IDENTITIES)  # on whom nothing is tried
     assert not people["report"] & (people["development"] | people["studio"])
     for name in ("development", "report", "final"):
@@ -308,10 +308,10 @@ def test_final_photos_are_new_and_half_of_them_in_action() -> None:
     pins = PANELS["final"]
     assert min(pin.index for pin in pins) > max(pin.index for name in ("studio", "development", "report") for pin in PANELS[name])
     assert sum(pin.stance == "standing" for pin in pins) == 20
-    of_makehuman = [pin.avatar for pin in pins if pin.avatar in LOOKS]
+    of_makehuman = [pin.avatar for pin in pins if pin.avatar in NAMED_PEOPLE]
     assert len(of_makehuman) == 20
     assert set(of_makehuman) == {f"makehuman-{number}" for number in range(1, 11)}
-    avatars = [pin.avatar for pin in pins if pin.avatar not in LOOKS]
+    avatars = [pin.avatar for pin in pins if pin.avatar not in NAMED_PEOPLE]
     assert len(set(avatars)) == len(avatars)
 
 

@@ -19,7 +19,7 @@ from a2v.lab.motion.flow_training import WindowPool, train_flow
 from a2v.lab.motion.windows import LinearCode, WindowCodec, foot_metric
 from a2v.motion import MotionModel
 from a2v.motion.features import ROOT_WEIGHT, window_features
-from a2v.motion.steer import Wish, steer
+from a2v.motion.steer import SoftConstraint, steer
 from export import sample as sample_script
 from export.flow import WindowGraph, export_flow
 from export.storage import round_to_stored
@@ -275,7 +275,7 @@ def test_wishes_are_met_by_the_graph_as_by_pytorch(exported, data):
     wrist = data.skeleton.joint_names.index("left_wrist")
     rows, offset = onnx_model.sampler.reader(lengths[0]).joints(np.array([10, 19]), [wrist])
     wanted = rows @ rng.standard_normal(12) + offset  # where some other window has it
-    steering = steer([Wish.of(rows, offset, wanted, 1e-4)])
+    steering = steer([SoftConstraint.of(rows, offset, wanted, 1e-4)])
     labels, active = np.array([0, 1]), np.ones(2, np.float32)
     joints, _ = onnx_model.sampler.run(labels, active=active, noise=noise, lengths=lengths, steering=steering)
     with torch.no_grad():

@@ -11,14 +11,21 @@ from a2v.animation import deform, standing_character
 from a2v.body.parts import PARTS, on_parts
 from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
+from a2v.geometry.rays import RayScene
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
+from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.canonical.wear import in_tips
 from a2v.reconstruction.canvas import _Palettes, strangers
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
+from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, Reconstruction
 from tests.support.faces import CAMERA, photographed
+from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
 
 COAT = 0.02
@@ -117,6 +124,57 @@ def test_soles_are_flat_and_toes_are_closed(person: Reconstruction) -> None:
     assert areas[sole].sum() > 0.15 * areas[foot].sum()
 
 
+def test_a_shoes_tip_is_one(person: Reconstruction, body: Body) -> None:
+    """From above nothing shines through between toes."""
+    from scipy.spatial import Delaunay
+
+    standing, mesh = person.surface.standing, topology()
+    assert standing is not None
+    vertices = standing.vertices.astype(np.float64)
+    tip = in_tips(body, vertices, standing.parts) & (vertices[:, 0] > 0)
+    flat = vertices[tip][:, [0, 2]]
+    grid = np.stack(np.meshgrid(*(np.arange(low, high, 0.002) for low, high in zip(flat.min(axis=0), flat.max(axis=0), strict=True))), axis=-1).reshape(-1, 2)
+    grid = grid[Delaunay(flat).find_simplex(grid) >= 0]
+    above = np.stack([grid[:, 0], np.full(len(grid), 0.2) + vertices[tip, 1].min(), grid[:, 1]], axis=1)
+    own = mesh.faces[tip[mesh.faces].any(axis=1)]
+    hits = RayScene(standing.vertices, own).cast(above.astype(np.float32), np.tile(np.float32([0, -1, 0]), (len(above), 1)))
+    assert hits.hit.mean() > 0.97
+
+
+def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None:
+    image = np.full((400, 400, 3), 40, np.uint8)
+    face = np.zeros((478, 3), np.float32)
+    face[:, :2] = (200, 60)
+    image[20:100, 150:250] = (210, 160, 130)
+    arms = np.zeros((len(PARTS), 200, 200), bool)
+    arms[PARTS.index("left_hand"), 120:140, 50:70] = True
+    hands = np.zeros((2, 21, 4), np.float32)
+    hands[0, :, 3] = 1
+    bare = bare_hands(dataclasses.replace(blank_subject(400, face=face), image=image), arms, 2)
+    assert bare is not None
+    assert bare[20:40, 90:110].all()
+    assert not bare[150:].any()
+    assert bare_hands(dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image), arms, 2) is None
+    assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms, 2) is None
+
+
+def test_an_arm_that_is_fitted_wrongly_is_where_its_landmarks_are(body: Body) -> None:
+    subject = blank_subject(2048)
+    joints = [body.bone_transforms[body.bone_names.index(f"{bone}.L"), :3, 3] for bone in ("upperarm01", "lowerarm01", "wrist")]
+    keypoints = np.array(subject.keypoints)
+    keypoints[[11, 13, 15], :2] = CAMERA.project(np.stack(joints))
+    keypoints[[17, 19], :2] = keypoints[15, :2] + [0, 40]
+    keypoints[:, 2] = 1
+    lower = PARTS.index("left_lower_arm")
+    at_body = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    assert not at_body[1][lower]
+    keypoints[15, :2] = CAMERA.project(joints[0]) + np.array([-300, 300])
+    crossed, better = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    assert better[lower]
+    column, row = (keypoints[15, :2] / 2).astype(int)
+    assert crossed[lower, row, column]
+
+
 def test_unknown_displacements_are_the_twins() -> None:
     mesh = topology()
     rest = mesh.refined(_default())
@@ -161,8 +219,50 @@ def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) ->
     heads = body.bone_transforms[:, :3, 3]
     legs = heads[[body.bone_names.index(f"{bone}{side}") for bone in ("upperleg01", "lowerleg01", "foot") for side in (".L", ".R")]]
     skirt = coated(body, cell=0.02, coat=0.01, ball=((legs[2] + legs[3]) / 2, 0.3))
-    assert hangs_between_legs(skirt.surface, body)
-    assert not hangs_between_legs(dressed.surface, body)
+    subject = photographed(body)
+    assert hangs_between_legs(skirt.surface, body, subject, CAMERA)
+    assert not hangs_between_legs(dressed.surface, body, subject, CAMERA)
+    image = np.full_like(subject.image, 200)
+    between = int(CAMERA.project(legs.mean(axis=0))[0])
+    image[:, between - 22 : between + 22] = 0
+    other = dataclasses.replace(subject, image=image)  # what is seen between white legs is black: the background
+    assert not hangs_between_legs(skirt.surface, body, other, CAMERA)
+
+
+def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
+    knees = body.bone_transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    skirt = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
+    made = canonical_person(skirt, photographed(body), body, CAMERA, hangs=True)
+    mesh, standing = topology(), made.surface.standing
+    assert standing is not None
+    count = len(standing.vertices) - len(mesh.twin)
+    assert is_closed(standing.vertices[len(mesh.twin) :], skirt_faces(count))
+    assert is_closed(made.surface.vertices, made.surface.faces)
+    hem = made.surface.vertices[len(mesh.twin) :, 1].min()
+    assert knees[1] - 0.14 - 0.06 < hem < knees[1] - 0.02
+    sides = body.rest_transforms[[body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], 0, 3]
+    assert np.ptp(standing.vertices[len(mesh.twin) :, 0]) > np.ptp(sides) + 0.15
+    uv = layout(512, count).uv
+    assert uv.min() >= 0
+    assert uv.max() <= 1
+    assert len(uv) == len(made.surface.faces)
+    strip = uv[len(mesh.faces) :, :, 1].max()
+    assert strip < uv[: len(mesh.faces), :, 1].min()
+
+
+def test_background_between_two_legs_is_not_the_persons() -> None:
+    """Two red legs before a black wall, of which the mask has the gap between the legs as well."""
+    subject = blank_subject(400)
+    image, mask = np.zeros((400, 400, 3), np.uint8), np.zeros((400, 400), np.float32)
+    shown = np.full((400, 400), -1)
+    for leg in (slice(120, 180), slice(220, 280)):
+        image[100:400, leg], shown[100:400, leg] = (200, 40, 40), PARTS.index("left_thigh")
+    mask[100:400, 120:280] = 1
+    taken = like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0)
+    assert taken[150:380, 185:215].mean() > 0.95
+    assert not taken[150:380, 130:170].any()
+    image[100:400, 180:220] = (200, 40, 40)
+    assert not like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0).any()
 
 
 def test_a_neckline_is_the_trunks_and_a_hands_colour_on_it_is_not() -> None:

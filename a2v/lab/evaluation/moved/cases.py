@@ -21,7 +21,7 @@ from a2v.lab.evaluation.moved.carry import truth_turns
 from a2v.lab.evaluation.reconstruction.cases import lit_by
 from a2v.lab.evaluation.reconstruction.panels import Pin
 from a2v.lab.studio.avatars import Avatar
-from a2v.lab.studio.makehuman.named import LOOKS, named_person
+from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
 from a2v.lab.studio.makehuman.people import Wardrobes, dress
 from a2v.lab.studio.ordinary import draw_ordinary
 from a2v.lab.studio.photograph import FILM, Photograph, light_scene, photograph_scene
@@ -141,7 +141,7 @@ def open_moved_case(pin: Pin, data: str | os.PathLike[str], kept: str | os.PathL
 
 
 def _person(name: str, data: Path) -> PreparedAvatar:
-    if name in LOOKS:
+    if name in NAMED_PEOPLE:
         return dress(named_person(name), Wardrobes(data)).prepared
     path = data / "avatars" / f"{name}.glb"
     if not path.exists():

@@ -55,7 +55,7 @@ _PHONE = (
 
 @dataclass(frozen=True)
 class Pin:
-    """One photo: whom it shows (an avatar, or one of `a2v.lab.studio.makehuman.named.LOOKS`), its number (what is drawn), and the class of its
+    """One photo: whom it shows (an avatar, or one of `a2v.lab.studio.makehuman.named.NAMED_PEOPLE`), its number (what is drawn), and the class of its
     pose ("" for the studio's own poses).
     """
 

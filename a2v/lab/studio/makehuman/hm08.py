@@ -19,7 +19,7 @@ from a2v.lab.studio.avatars import avatar_part
 from a2v.types import FloatArray, IntArray
 
 _FINGERS = ("Thumb", "Index", "Middle", "Ring", "Pinky")
-_LIMBS = {
+_LIMB_BONES = {
     "clavicle": "Shoulder", "shoulder01": "Shoulder", "upperarm01": "Arm", "upperarm02": "Arm", "lowerarm01": "ForeArm", "lowerarm02": "ForeArm",
     "wrist": "Hand", "upperleg01": "UpLeg", "upperleg02": "UpLeg", "lowerleg01": "Leg", "lowerleg02": "Leg", "foot": "Foot", "eye": "Eye",
 }  # fmt: skip
@@ -43,8 +43,8 @@ def rig_bone(bone: str) -> str:
     side = {"L": "Left", "R": "Right"}.get(letter, "")
     if stem in _MIDDLE:
         return _MIDDLE[stem]
-    if stem in _LIMBS:
-        return side + _LIMBS[stem]
+    if stem in _LIMB_BONES:
+        return side + _LIMB_BONES[stem]
     if stem.startswith("toe"):
         return f"{side}ToeBase"
     if stem.startswith("finger"):

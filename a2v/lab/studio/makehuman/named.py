@@ -19,7 +19,7 @@ _AGES = {"young": (0.6, 0.75), "middleage": (0.77, 0.87), "old": (0.89, 0.97)}
 
 
 @dataclass(frozen=True)
-class Look:
+class NamedPerson:
     """What a person with a name wears; shape and colours follow from `number` alone."""
 
     number: int
@@ -29,10 +29,10 @@ class Look:
     shoes: str
 
 
-def _read(text: str, *, name: str = "makehuman", first: int = 1) -> Mapping[str, Look]:
-    """Looks by name, from ``skin outfit hair shoes, ...``; the first of them has the number `first`."""
+def _read(text: str, *, name: str = "makehuman", first: int = 1) -> Mapping[str, NamedPerson]:
+    """People by name, from ``skin outfit hair shoes, ...``; the first of them has the number `first`."""
     rows = enumerate((row.split() for row in text.split(", ")), first)
-    return MappingProxyType({f"{name}-{number}": Look(number, *worn) for number, worn in rows})
+    return MappingProxyType({f"{name}-{number}": NamedPerson(number, *worn) for number, worn in rows})
 
 
 _MAKEHUMAN = _read(
@@ -61,7 +61,7 @@ _PHONE = _read(
     first=11,
 )
 
-LOOKS: Mapping[str, Look] = MappingProxyType({**_MAKEHUMAN, **_PHONE})
+NAMED_PEOPLE: Mapping[str, NamedPerson] = MappingProxyType({**_MAKEHUMAN, **_PHONE})
 """The people by name."""
 
 
@@ -73,22 +73,22 @@ def named_person(name: str) -> Person:
     InputError
         Nobody has that name.
     """
-    if name not in LOOKS:
-        raise InputError(f"nobody of MakeHuman's people is called '{name}'; choose from {', '.join(LOOKS)}")
-    look = LOOKS[name]
-    generator = np.random.default_rng([look.number, 30_000])
-    span, _, sex = look.skin.split("_")
+    if name not in NAMED_PEOPLE:
+        raise InputError(f"nobody of MakeHuman's people is called '{name}'; choose from {', '.join(NAMED_PEOPLE)}")
+    person = NAMED_PEOPLE[name]
+    generator = np.random.default_rng([person.number, 30_000])
+    span, _, sex = person.skin.split("_")
     shape = draw_shape(generator, sex, float(generator.uniform(*_AGES[span])))
     colors = GREY_HAIR if span == "old" else HAIR_COLORS
     tint = np.array(colors[int(generator.integers(len(colors)))]) * generator.uniform(0.85, 1.15, 3)
     eyes = EYE_COLORS[int(generator.integers(len(EYE_COLORS)))]
     return Person(
-        name=f"MakeHuman_{sex[0].upper()}_{look.number}_{look.outfit.split('_', 1)[1]}",
+        name=f"MakeHuman_{sex[0].upper()}_{person.number}_{person.outfit.split('_', 1)[1]}",
         shape=shape,
-        skin=look.skin,
-        hair=look.hair,
-        outfit=look.outfit,
-        shoes=look.shoes,
+        skin=person.skin,
+        hair=person.hair,
+        outfit=person.outfit,
+        shoes=person.shoes,
         hat="",
         hair_color=(float(tint[0]), float(tint[1]), float(tint[2])),
         eye_color=(float(eyes[0]), float(eyes[1]), float(eyes[2])),

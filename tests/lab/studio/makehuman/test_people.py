@@ -10,7 +10,7 @@ import pytest
 from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
 from a2v.lab.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, load_base, rig_bone, shape_body, sparse_weights
-from a2v.lab.studio.makehuman.named import LOOKS, named_person
+from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
 from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, Dressed, Dresser, draw_person, filled_texture, tinted
 from a2v.lab.studio.posing import POSED_BONES, PoseLibrary
 from a2v.lab.studio.settings import StudioSettings
@@ -82,14 +82,14 @@ def test_nobody_of_the_validation_split_wears_what_training_shows(dresser: Dress
 
 
 def test_people_with_a_name_wear_what_training_never_shows(dresser: Dresser) -> None:
-    people = [named_person(name) for name in LOOKS]
+    people = [named_person(name) for name in NAMED_PEOPLE]
     for kind, worn in (("skins", "skin"), ("clothes", "outfit"), ("hair", "hair")):
         shown = {getattr(one, worn) for one in people}
         assert shown == set(HELD_OUT[kind])
         assert not shown & set(dresser.wardrobes.names(kind, "training"))
     assert {one.shoes for one in people} == set(dresser.wardrobes.names("shoes", "training"))
-    for panel in {name.partition("-")[0] for name in LOOKS}:  # two panels may show one body in other clothes
-        own = [named_person(name) for name in LOOKS if name.startswith(f"{panel}-")]
+    for panel in {name.partition("-")[0] for name in NAMED_PEOPLE}:  # two panels may show one body in other clothes
+        own = [named_person(name) for name in NAMED_PEOPLE if name.startswith(f"{panel}-")]
         assert len({one.name for one in own}) == len({tuple(one.shape.items()) for one in own}) == len(own)
     for one in people:
         assert (one.shape["age"] > 0.88) == one.skin.startswith("old")

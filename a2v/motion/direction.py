@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from a2v.errors import InputError
-from a2v.motion.ways import Path
+from a2v.motion.ways import GroundPath
 from a2v.types import FloatArray
 
 
@@ -66,7 +66,7 @@ class Direction:
 
     Attributes
     ----------
-    path : Path or None
+    path : GroundPath or None
     pace : float or None
         Metres a second along the path; None: as fast as the action goes by itself.
     heading : float or None
@@ -75,7 +75,7 @@ class Direction:
     holds : tuple of Hold
     """
 
-    path: Path | None = None
+    path: GroundPath | None = None
     pace: float | None = None
     heading: float | None = None
     keyframes: tuple[Keyframe, ...] = ()

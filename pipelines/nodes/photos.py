@@ -15,8 +15,9 @@ from a2v.reconstruction.canonical import CharacterSettings
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.store import Ref, get, put
+from pipelines.nodes.fits import Fitted
 from pipelines.nodes.subject import found_in
-from pipelines.nodes.values import Blob, Fitted
+from pipelines.nodes.values import Blob
 
 
 @memo()

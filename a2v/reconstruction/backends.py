@@ -15,7 +15,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
-from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.color import ColorHints, ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
 from a2v.types import Body, Camera, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject, Surface
 
@@ -149,9 +149,7 @@ def color_by_photo(
 
         spots = spots_of(standing.anchors, body)
         canvas = canvas_of(seen, subject, camera.flat, size=(settings or ColorSettings()).texture)
-    colored = color_surface(
-        seen, subject, camera.flat, prior=person.expected_colors, spots=spots, canvas=canvas, settings=settings, progress=progress
-    )
+    colored = color_surface(seen, subject, camera.flat, hints=ColorHints(prior=person.expected_colors, spots=spots, canvas=canvas), settings=settings, progress=progress)
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
@@ -163,7 +161,7 @@ def color_by_equation(person: Reconstruction, subject: Subject, body: Body, came
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
-    from a2v.reconstruction.color_prior import clean_colors
+    from a2v.reconstruction.projection import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

@@ -19,7 +19,7 @@ from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
-from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
@@ -80,14 +80,42 @@ class ColorSettings:
             raise InputError(f"band is {self.band}; expected 0 to 0.2 metres")
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ColorHints:
+    """What is known of a surface beside the photo.
+
+    Attributes
+    ----------
+    prior : (V, 3) or None
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. None: the front mirrored, hair on the
+        back of the head.
+    spots : Spots or None
+        Where on the body each vertex lies (`a2v.body.nearest_spots`). None: the head from the landmarks, and nothing is continued.
+    canvas : Canvas or None
+        Of a canonical person: its texture layout, and which pixels are of which part. None: charts are cut from the surface, and every
+        pixel is of what it meets.
+    """
+
+    prior: FloatArray | None = None
+    spots: Spots | None = None
+    canvas: Canvas | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    """The surface: vertices (V, 3), metres, faces (F, 3), unit normals (V, 3)."""
+
+    vertices: FloatArray
+    faces: IntArray
+    normals: FloatArray
+
+
 def color_surface(
     surface: Surface,
     subject: Subject,
     camera: OrthographicCamera,
     *,
-    prior: FloatArray | None = None,
-    spots: Spots | None = None,
-    canvas: Canvas | None = None,
+    hints: ColorHints = ColorHints(),
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -100,14 +128,8 @@ def color_surface(
     subject : Subject
     camera : OrthographicCamera
         Of `subject.image`.
-    prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. Default: the front mirrored, hair on the
-        back of the head.
-    spots : Spots, optional
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
-
-    canvas : Canvas, optional
-        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and every pixel is of what it meets.
+    hints : ColorHints
+        What else is known of the surface.
 
     Returns
     -------
@@ -120,7 +142,7 @@ def color_surface(
     InputError
         Arrays of the wrong shape, or a surface that the camera does not see.
     """
-    settings = settings or ColorSettings()
+    settings, prior, spots, canvas = settings or ColorSettings(), hints.prior, hints.spots, hints.canvas
     report = progress or (lambda done, total: None)
     vertices = np.asarray(surface.vertices, np.float64)
     faces = np.asarray(surface.faces, np.int64)
@@ -156,24 +178,22 @@ def color_surface(
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
-        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, spots=spots, neighbors=near)
+        continued = _continued(photo, _Mesh(vertices, faces, normals), colors, expected, trust=trust, spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
     if continued is not None:
         expected, near, band = continued.expected, continued.neighbors, band | continued.doubtful
         fixed = np.where(continued.labels[:, None] > 0, expected, colors)
-    solution = solve_colors(
-        np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=near,
-        free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
-    )  # fmt: skip
+    problem = ColorProblem(prior=np.clip(expected, 0, 1), neighbors=near, free=~known, band=band, lambda_nn=settings.lambda_nn)
+    solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
         base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
-    baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
+    baked = (_Mesh(vertices, faces, normals), np.clip(base, 0, 1), photo, paint, continued)
     uv, texture = _bake(*baked, atlas.result()) if atlas is not None else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
@@ -193,9 +213,7 @@ def _expected(
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
     """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
-    expected = mirrored_prior(
-        vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
-    )
+    expected = mirrored_prior(photo, vertices, normals, colors, known=known, head=head)
     reach, nearest = _nearest_known(vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
@@ -206,29 +224,26 @@ def _expected(
 
 def _continued(
     photo: PhotoProjection,
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
+    mesh: _Mesh,
     colors: FloatArray,
     expected: FloatArray,
     *,
     trust: FloatArray,
-    known: BoolArray,
     spots: Spots,
     neighbors: IntArray,
 ) -> Continuation:
     """What the photo shows, continued over the unseen side."""
-    pixels = photo.camera.project(vertices)
+    known, pixels = photo.known, photo.camera.project(mesh.vertices)
     face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
     if skin is None:  # who turns away shows hands
         skin = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
     square = known & (trust > 0.9)  # at a glance the background, and what is before, shines in
     seen = Seen(
-        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
+        vertices=mesh.vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
         front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face,
     )  # fmt: skip
-    return continue_photo(seen, faces, normals, photo.clean, photo.camera)
+    return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 
 
 def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
@@ -332,9 +347,7 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
 
 
 def _bake(
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
+    mesh: _Mesh,
     colors: FloatArray,
     photo: PhotoProjection,
     paint: FacePaint | None,
@@ -342,7 +355,7 @@ def _bake(
     atlas: Atlas,
 ) -> tuple[FloatArray, np.ndarray]:
     """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    size = atlas.size
+    size, faces = atlas.size, mesh.faces
     texture = np.zeros((size, size, 3), np.uint8)
     borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
     for top in range(0, size, 256):
@@ -352,8 +365,8 @@ def _bake(
         rows = rows + top
         corner = faces[atlas.face[rows, columns]]
         weight = atlas.barycentric[rows, columns][..., None]
-        point = (vertices[corner] * weight).sum(axis=1)
-        normal = (normals[corner] * weight).sum(axis=1)
+        point = (mesh.vertices[corner] * weight).sum(axis=1)
+        normal = (mesh.normals[corner] * weight).sum(axis=1)
         trust = photo.trust(point, normal)[:, None]
         if photo.canvas is not None:
             strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -216,35 +216,39 @@ def evaluate(
         generator = np.random.default_rng([settings.seed, repeat, 0])
         reference, _, _ = sampler.batch(settings.clips, generator)
         references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+    trial = _Trial(dataset, evaluator, sampler, settings, references)
     for done, name in enumerate(wanted):
 
         def report_repeat(repeat: int, before: int = done * settings.repeats) -> None:
             if progress is not None:
                 progress(before + repeat, settings.repeats * len(wanted))
 
-        rows[name] = _measure_row(name, models.get(name), references, dataset, evaluator, sampler, settings, report_repeat)
+        rows[name] = _measure_row(name, models.get(name), trial, report_repeat)
         if on_row is not None:
             on_row(rows[name])
     return [rows[name] for name in names]
 
 
-def _measure_row(
-    name: str,
-    generate: Generate | None,
-    references: Sequence[FloatArray],
-    dataset: ActionDataset,
-    evaluator: Evaluator,
-    sampler: ClipSampler,
-    settings: EvaluationSettings,
-    report_repeat: Callable[[int], None],
-) -> Scores:
-    """Every repeat of one row, against the `references`' features (clips, 30) of real motions; recorded motions for None."""
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """What every row is measured with: `references` are the features (clips, 30) of real motions, one of each repeat."""
+
+    dataset: ActionDataset
+    evaluator: Evaluator
+    sampler: ClipSampler
+    settings: EvaluationSettings
+    references: Sequence[FloatArray]
+
+
+def _measure_row(name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]) -> Scores:
+    """Every repeat of one row, against the references; recorded motions for None."""
+    dataset, settings = trial.dataset, trial.settings
     values: dict[str, list[float]] = {metric: [] for metric in METRICS}
     physics: PhysicsMetrics | None = None
-    for repeat, real in enumerate(references):
+    for repeat, real in enumerate(trial.references):
         generator = np.random.default_rng([settings.seed, repeat, 1])
-        motions, labels = _draw(generate, dataset, sampler, settings, generator)
-        features, predicted = evaluator(motions, state=settings.state, generator=generator)
+        motions, labels = _draw(generate, dataset, trial.sampler, settings, generator)
+        features, predicted = trial.evaluator(motions, state=settings.state, generator=generator)
         values["fid"].append(fid(real, features))
         values["accuracy"].append(accuracy(predicted, labels))
         values["diversity"].append(diversity(features, generator))
@@ -270,6 +274,14 @@ def _draw(
     return generate(labels, dataset.clip_bone_lengths[clips], generator), labels
 
 
+@dataclass(frozen=True, eq=False)
+class ActionRows:
+    """Rows of single actions that are known already (`evaluate`), by action and name, and what is called with the action and each row as it is measured."""
+
+    known: Mapping[str, Mapping[str, Scores]] = field(default_factory=dict)
+    on_row: Callable[[str, Scores], None] | None = None
+
+
 def evaluate_actions(
     models: Mapping[str, Generate],
     dataset: ActionDataset,
@@ -277,9 +289,8 @@ def evaluate_actions(
     actions: Sequence[str],
     settings: EvaluationSettings | None = None,
     *,
-    known: Mapping[str, Mapping[str, Scores]] | None = None,
+    rows: ActionRows | None = None,
     progress: Progress | None = None,
-    on_row: Callable[[str, Scores], None] | None = None,
 ) -> dict[str, list[Scores]]:
     """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
 
@@ -289,10 +300,7 @@ def evaluate_actions(
     ----------
     actions : names out of ``dataset.actions``
         The paper's are Walk and Jump of CMU, with 500 clips.
-    known : action -> name -> Scores
-        See `evaluate`.
-    on_row : callable
-        Called with the action and each row as it is measured.
+    rows : ActionRows, optional
 
     Returns
     -------
@@ -304,7 +312,7 @@ def evaluate_actions(
     InputError
         An action is unknown.
     """
-    settings = settings or EvaluationSettings(clips=500)
+    settings, rows = settings or EvaluationSettings(clips=500), rows or ActionRows()
     for action in actions:
         if action not in dataset.actions:
             raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
@@ -316,8 +324,8 @@ def evaluate_actions(
             if progress is not None:
                 progress(before * total + part, len(actions) * total)
 
-        kept = None if on_row is None else functools.partial(on_row, action)
-        tables[action] = evaluate(models, own, evaluator, settings, known=(known or {}).get(action), progress=report_part, on_row=kept)
+        kept = None if rows.on_row is None else functools.partial(rows.on_row, action)
+        tables[action] = evaluate(models, own, evaluator, settings, known=rows.known.get(action), progress=report_part, on_row=kept)
     return tables
 
 

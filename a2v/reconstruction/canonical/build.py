@@ -78,7 +78,7 @@ def canonical_person(
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
     offset = solve_offsets(
-        at_rest, mesh.faces, seen.offset, weight, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
+        at_rest, mesh.faces, dataclasses.replace(seen, weight=weight), twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
     )
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing = Standing(

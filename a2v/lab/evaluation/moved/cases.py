@@ -170,7 +170,7 @@ def _photographed(outfit: Outfit, stance: str, generator: np.random.Generator) -
         shown = among(shown, Thing(thing.vertices - origin, thing.faces, thing.uv, thing.patterns), patterns)
     surface = shown.surface
     rays = RayScene(surface.vertices, surface.faces)
-    fore = side_view(rays, surface.vertices, surface.faces, shown.normals, camera, FILM.size, FILM.shadows, 1)
+    fore = side_view(rays, shown.normals, camera, FILM.size, FILM.shadows, 1)
     lit = light_scene(rays, shown, fore, generator)
     return photograph_scene(rays, shown, fore, lit, generator), camera
 

@@ -187,7 +187,8 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
         direction = read_direction(model, asked.steps, options.way, fps=options.rate(model), count=options.count)
-        return asked.make(Take(frames=options.frames_written(asked), fps=options.rate(model), seed=plan.seed, count=options.count, lengths=lengths), edit=Edit(speed=speed), direction=direction)  # fmt: skip
+        take = Take(frames=options.frames_written(asked), fps=options.rate(model), seed=plan.seed, count=options.count, lengths=lengths)
+        return asked.make(take, edit=Edit(speed=speed), direction=direction)
     made = retimed(_application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed)
     return made.first(min(made.frames, options.frames_written(asked)))
 

@@ -44,5 +44,6 @@ def run(options: Options) -> Answer:
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
     extra = {"training": vars(chosen) | {"initial": Path(chosen.initial).name}} | unseen  # no paths of this machine
-    export_flow(model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=Sampling(guidance=options.guidance, guided_until=options.guided_until, temperature=options.temperature))
+    sampling = Sampling(guidance=options.guidance, guided_until=options.guided_until, temperature=options.temperature)
+    export_flow(model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=sampling)
     return Answer(files=[out / "motion.onnx"])

@@ -82,7 +82,11 @@ class FlowTraining(Training):
     def begin(self) -> None:
         """Fit the code, or take over another run's weights."""
         chosen = self.settings
-        self.codec = WindowCodec.fit(self.dataset, CodecSettings(size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames, foot_place=chosen.foot_place, foot_step=chosen.foot_step, forward=chosen.face_forward), seed=chosen.seed)  # fmt: skip
+        sizes = CodecSettings(
+            size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
+            foot_place=chosen.foot_place, foot_step=chosen.foot_step, forward=chosen.face_forward,
+        )  # fmt: skip
+        self.codec = WindowCodec.fit(self.dataset, sizes, seed=chosen.seed)
         if chosen.initial:
             self.codec = carry_over(chosen.initial, self.network, self.codec, self.features, self.dataset.actions, self.dataset.traits)
             self.averaged.load_state_dict(self.network.state_dict())

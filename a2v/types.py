@@ -439,6 +439,8 @@ class RenderSettings(Record):
     threads : int
         Threads of one render process; 0 for all cores.
     seed : int
+    follow : bool
+        The cameras of `VIEWS` go along with the character; False: they stand still and see its whole path.
     """
 
     size: int = 512
@@ -451,6 +453,7 @@ class RenderSettings(Record):
     variant: str = "auto"
     threads: int = 0
     seed: int = 0
+    follow: bool = True
 
     def __post_init__(self) -> None:
         if not 16 <= self.size <= 4096 or self.size % 2:

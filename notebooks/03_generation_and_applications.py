@@ -35,7 +35,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import Take
-from a2v.motion.ways import Path as Path2D
+from a2v.motion.ways import GroundPath
 from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, save_stick_figures
 
 SMALL = bool(os.environ.get("A2V_SMALL"))  # the tests run this notebook at a small size
@@ -88,7 +88,7 @@ display(plot_rows([two, three], titles=["Walk, Dance", "Walk, Jump, Dance"], pos
 
 # %%
 fine = MotionModel.load("cmu-fine")
-path = Path2D(np.array([[0, 0], [0, 2], [2, 2], [2, 4.0]]))
+path = GroundPath(np.array([[0, 0], [0, 2], [2, 2], [2, 4.0]]))
 walked = make_motion(fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=Direction(path=path))
 goal = fine.sample("Walk", frames=40, seed=5).joints[30]
 goal = goal - goal[0] * (1, 0, 1) + (0.5, 0, 3)

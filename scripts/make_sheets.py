@@ -28,7 +28,7 @@ from a2v.io import atomic_path
 from a2v.perception.face import look_closely
 from a2v.reconstruction import surface_sheet
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
-from a2v.rendering import Renderer, contact_sheet, follow_cameras
+from a2v.rendering import Framing, Renderer, contact_sheet, follow_cameras
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Character, PhotoCamera, RenderSettings, Subject, Surface
 from pipelines.engine.progress import Bars
@@ -89,7 +89,7 @@ def sheet(photo: Path, *, model: str, action: str, frames: int, seed: int, size:
     # only what is shown is rendered
     shown = [deform(character, transforms[t]) for t in np.linspace(0, len(transforms) - 1, frames).astype(int)]
     settings = RenderSettings(size=size)
-    tracks = follow_cameras(np.stack([[points.min(0), points.max(0)] for points in shown]), settings, smoothing=0.0)
+    tracks = follow_cameras(np.stack([[points.min(0), points.max(0)] for points in shown]), settings, framing=Framing(smoothing=0.0))
     renderer = Renderer(character.surface, settings)
     picks = [renderer.render(points, camera) for view in settings.views for points, camera in zip(shown, tracks[view], strict=True)]
     actions = contact_sheet(picks, cols=2 * frames)  # two views a row

@@ -148,8 +148,9 @@ def color_by_photo(
         from a2v.reconstruction.canonical.coloring import canvas_of
 
         spots = spots_of(standing.anchors, body)
-        canvas = canvas_of(seen, subject, camera.flat, size=(settings or ColorSettings()).texture)
-    colored = color_surface(seen, subject, camera.flat, hints=ColorHints(prior=person.expected_colors, spots=spots, canvas=canvas), settings=settings, progress=progress)
+        canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
+    hints = ColorHints(prior=person.expected_colors, spots=spots, canvas=canvas)
+    colored = color_surface(seen, subject, camera.flat, hints=hints, settings=settings, progress=progress)
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 

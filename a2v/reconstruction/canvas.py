@@ -10,7 +10,9 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
-from a2v.types import BodyMap, BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
+from a2v.reconstruction.limbs_seen import arms_by_landmarks
+from a2v.reconstruction.surroundings import like_surroundings
+from a2v.types import Body, BodyMap, BoolArray, ByteArray, Camera, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
 _MARGIN = 0.01
 """Pixels up to so far, metres, from another part's are not trusted, ..."""
@@ -29,7 +31,7 @@ _ALIKE = 9.0
 _TELLS, _RARE = 2.0, 0.03
 """A pixel is another part's if the share of that part's pixels that are like it is so many times the share of its own part's, and so much more."""
 _SAMPLES, _LEAST = 600, 30
-_STEP = 2
+STEP = 2
 """Pixels of the photo a side that share an answer."""
 
 
@@ -59,8 +61,8 @@ class Canvas:
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
         """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
         _, height, width = self.agreement.shape
-        column = np.clip(pixels[:, 0] / _STEP, 0, width - 1).astype(np.int64)
-        row = np.clip(pixels[:, 1] / _STEP, 0, height - 1).astype(np.int64)
+        column = np.clip(pixels[:, 0] / STEP, 0, width - 1).astype(np.int64)
+        row = np.clip(pixels[:, 1] / STEP, 0, height - 1).astype(np.int64)
         return self.agreement[parts, row, column] / 255.0
 
 
@@ -73,24 +75,69 @@ def strangers() -> BoolArray:
     return apart
 
 
-def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera) -> ByteArray:
+@dataclass(frozen=True, eq=False)
+class Clues:
+    """What else tells which pixels are not of a part.
+
+    Attributes
+    ----------
+    taken : (h, w) bool
+        Pixels that the mask has for the person where the photo shows what is around (`surroundings_taken`).
+    arms : (P, h, w) bool, better : (P,) bool
+        Arms by the landmarks, and for which parts those tell more than the fit (`a2v.reconstruction.limbs_seen.arms_by_landmarks`).
+    loose : (V,) bool
+        Vertices of cloth that is no skin's: where the surface shows them, the body map is not asked.
+    """
+
+    taken: BoolArray
+    arms: BoolArray
+    better: BoolArray
+    loose: BoolArray
+
+    def against(self, part: int, apart: BoolArray) -> BoolArray:
+        """Pixels (h, w) that are not of a part; `apart` (P, P) are parts that do not grow into each other."""
+        result = self.taken | self.arms[self.better & apart[part]].any(axis=0)
+        if self.better[part]:
+            result = result | ~self.arms[part]
+        return np.asarray(result)
+
+
+def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
+    """What a photo and its fitted body tell."""
+    height, width = (side // STEP for side in subject.mask.shape)
+    return Clues(surroundings_taken(body, subject, camera), *arms_by_landmarks(subject, body, camera, (height, width), STEP), loose)
+
+
+def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:
+    """Which pixels (h, w), every `STEP`-th, the mask has for the person where the photo shows what is around a fitted body."""
+    height, width = (side // STEP for side in subject.mask.shape)
+    flat = camera.flatten(body.vertices).astype(np.float32)
+    skin = Surface(vertices=flat, faces=np.asarray(body.faces, np.int32), colors=np.zeros(flat.shape, np.float32))
+    shown = parts_shown(skin, np.asarray(body.parts, np.int64), camera.flat, (height, width))
+    return like_surroundings(subject, shown, camera.scale / STEP)
+
+
+def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: OrthographicCamera, *, clues: Clues) -> ByteArray:
     """For each part how far (P, h, w) the photo's pixels are its own.
 
-    Neither the posed character nor the body map shows another part there, nor next to it; and around such borders, where the fit may be off, the
-    pixel's colour is not that of the other part.
+    Neither the posed character nor the body map shows another part there, nor next to it; around such borders, where the fit may be off, the
+    pixel's colour is not that of the other part; and the `clues` do not speak against it.
     """
     import cv2
 
-    height, width = (side // _STEP for side in subject.mask.shape)
-    shown = _parts_of_character(surface, parts, camera, (height, width))
+    height, width = (side // STEP for side in subject.mask.shape)
+    shown = parts_shown(surface, parts, camera, (height, width))
     told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
+    if told is not None and clues.loose.any():
+        told[:, parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
-    scale = camera.scale / _STEP
+    scale = camera.scale / STEP
     palettes = _Palettes(cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA), shown, apart, scale)
     for part in range(len(PARTS)):
         others = np.isin(shown, np.flatnonzero(apart[part]))
         if told is not None:
             others |= told[apart[part]].sum(axis=0) > _MIXED
+        others |= clues.against(part, apart)
         if not others.any():
             continue
         before = np.isin(shown, np.flatnonzero(palettes.asked[part]))
@@ -140,9 +187,9 @@ class _Palettes:
         return np.asarray(like_other > _TELLS * like_own + _RARE)
 
 
-def _parts_of_character(surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
-    """Part (h, w) that the posed character shows; -1 for none."""
-    columns, rows = np.meshgrid((np.arange(size[1]) + 0.5) * _STEP, (np.arange(size[0]) + 0.5) * _STEP)
+def parts_shown(surface: Surface, parts: IntArray, camera: OrthographicCamera, size: tuple[int, int]) -> IntArray:
+    """Part (h, w) that a posed surface on `parts` (V,) shows on every `STEP`-th pixel; -1 for none."""
+    columns, rows = np.meshgrid((np.arange(size[1]) + 0.5) * STEP, (np.arange(size[0]) + 0.5) * STEP)
     points = camera.unproject(np.stack([columns, rows], axis=-1), 0.0)
     rays = np.empty((*size, 6), np.float32)
     rays[..., :2], rays[..., 2], rays[..., 3:] = points[..., :2], float(surface.vertices[:, 2].max()) + 1, (0, 0, -1)
@@ -165,7 +212,7 @@ def _parts_of_map(found: BodyMap, size: tuple[int, int]) -> FloatArray:
     nearest = cKDTree(canonical.places).query(found.places[sure], workers=1)[1]
     part[sure] = load_body_model("anny").parts[canonical.vertex_ids[nearest]]
     side, told = len(part), np.zeros((len(PARTS), *size), np.float32)
-    move = np.array([[_STEP / found.step, 0, (0.5 * _STEP - found.corner[0]) / found.step - 0.5], [0, _STEP / found.step, (0.5 * _STEP - found.corner[1]) / found.step - 0.5]])
+    move = np.array([[STEP / found.step, 0, (0.5 * STEP - found.corner[0]) / found.step - 0.5], [0, STEP / found.step, (0.5 * STEP - found.corner[1]) / found.step - 0.5]])
     for number in np.unique(part[part >= 0]):
         layer = (part == number).astype(np.float32).reshape(side, side)
         told[number] = cv2.warpAffine(layer, move, size[::-1], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)

@@ -8,6 +8,7 @@ imports neither Mitsuba nor PyAV.
 from a2v.rendering.camera import AZIMUTHS, CameraPath, ViewCamera, check_views, follow_cameras, read_cameras
 from a2v.rendering.cutout import Cutout
 from a2v.rendering.denoising import Layers, denoise
+from a2v.rendering.framing import Framing
 from a2v.rendering.images import contact_sheet, side_by_side
 from a2v.rendering.looks import LOOKS, read_look
 from a2v.rendering.page import write_page
@@ -21,6 +22,7 @@ __all__ = [
     "LOOKS",
     "CameraPath",
     "Cutout",
+    "Framing",
     "Layers",
     "LookSettings",
     "Renderer",

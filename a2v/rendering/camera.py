@@ -15,10 +15,11 @@ from a2v.errors import InputError
 from a2v.io import brief, read_bytes, shorten
 from a2v.plain_yaml import parse_yaml
 from a2v.record import Record
+from a2v.rendering.framing import Framing, Subject
 from a2v.types import NAME_PATTERN, VIEWS, FloatArray, RenderSettings
 
 AZIMUTHS = {"front": 0.0, "back": 180.0, "left": 90.0, "right": -90.0}
-"""Where the cameras of `VIEWS` stand, degrees: the person faces +z and its left is +x."""
+"""Where the cameras of `VIEWS` stand, degrees from the front: a person who faces +z has its left at +x."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ class CameraPath(Record):
     name : str
         Name of the view and of its files.
     azimuth : float
-        Where it stands: 0 before the person, 90 at its left (+x), 180 behind.
+        Where it stands: 0 in front of the person as it faces in the mean over the clip, 90 at its left, 180 behind.
     elevation : float
         Height above the horizon as an angle, below 90 and above -90.
     turn : float
@@ -121,9 +122,9 @@ class CameraPath(Record):
         if self.origin is not None and placed != (0.0, 0.0, 0.0, None, True):
             raise InputError(f"{where} has an origin, so it stands there; leave out azimuth, elevation, turn, distance and follow")
 
-    def toward(self, frames: int) -> FloatArray:
-        """Unit vectors (T, 3) from the character to the camera."""
-        angle = np.radians(self.azimuth + self.turn * np.arange(frames) / frames)
+    def toward(self, frames: int, front: float = 0.0) -> FloatArray:
+        """Unit vectors (T, 3) from the character to the camera; `front` is where azimuth 0 is, degrees about +y from +z."""
+        angle = np.radians(front + self.azimuth + self.turn * np.arange(frames) / frames)
         rise = np.radians(self.elevation)
         return np.stack([np.cos(rise) * np.sin(angle), np.full(frames, np.sin(rise)), np.cos(rise) * np.cos(angle)], axis=-1)
 
@@ -216,32 +217,29 @@ def follow_cameras(
     settings: RenderSettings = RenderSettings(),  # noqa: B008 - frozen
     *,
     cameras: Sequence[CameraPath] = (),
-    fov: float = 28.0,
-    margin: float = 0.06,
-    smoothing: float = 8.0,
-    height: float | None = None,
+    facing: FloatArray | None = None,
+    fps: float = 30.0,
+    framing: Framing = Framing(),  # noqa: B008 - frozen
 ) -> dict[str, tuple[ViewCamera, ...]]:
-    """Cameras at half the character's height that follow it, one a frame and view (paper, section 4.2.2).
+    """Cameras that follow the character at half its height, one per frame and view (paper, section 4.2.2).
 
-    The four views keep one distance and one direction for the whole clip, the same for all of them, so large that the
-    whole body stays in the picture at every frame. A turntable and `cameras` have distances of their own.
+    The four views share one distance per frame and keep their directions over the clip. The standing character takes `Framing.share` of the
+    picture's height; before frames that need more room the cameras ease back. (The paper keeps one distance over the clip.) With
+    ``settings.follow`` off they stand still and see the whole path. A turntable and `cameras` have distances of their own.
 
     Parameters
     ----------
     track : (T, N, 3) float
         The character over time, metres: all vertices, or N = 2 for each frame's bounding box (least and greatest corner).
     settings : RenderSettings
-        Its `views`.
+        Its `views`, `aspect` and `follow`.
     cameras : sequence of CameraPath
         What names in `views` besides the built-in ones mean.
-    fov : float
-        Of the four views, degrees.
-    margin : float
-        Free border on each side, a fraction of the picture.
-    smoothing : float
-        Standard deviation of the Gaussian low-pass on the character's path over the ground, frames.
-    height : float or None
-        The character's height, metres; None: the median over the clip of the tallest extent, at least half of the largest.
+    facing : (T,) float or None
+        Angle about +y from +z to where the character faces, radians. The front view stands where it faces in the mean, so that it shows
+        the face more than the back; None: at +z.
+    fps : float
+    framing : Framing
 
     Returns
     -------
@@ -250,22 +248,30 @@ def follow_cameras(
     Raises
     ------
     InputError
-        `track` has another shape, no frames, or holds NaN; or a view is unknown.
+        `track` has another shape, no frames, or holds NaN; `facing` has another length; or a view is unknown.
     """
     check_views(settings.views, cameras)
-    subject = _Subject.of(track, height=height, smoothing=smoothing, margin=margin, shape=settings.shape)
+    subject = Subject.of(track, framing, shape=settings.shape, fps=fps)
     frames = len(subject.path)
-    standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=fov) for view in settings.views if view in AZIMUTHS]
-    shared = max([0.5, *(subject.least_distance(subject.path, camera.toward(frames), fov) for camera in standing)])
+    front = 0.0 if facing is None else mean_facing(facing, frames)
+    standing = [CameraPath(name=view, azimuth=AZIMUTHS[view], fov=framing.fov, follow=settings.follow) for view in AZIMUTHS]
+    shared = subject.path if settings.follow else subject.still
+    needed = np.max([subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing], axis=0)
     found: dict[str, tuple[ViewCamera, ...]] = {}
-    for camera in (*standing, *(one for one in (TURNTABLE, *cameras) if one.name in settings.views)):
+    for camera in (*standing, TURNTABLE, *cameras):
+        if camera.name not in settings.views:
+            continue
         if camera.origin is not None:
             aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
             found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
             continue
-        targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames)
-        distance = shared if camera in standing else camera.distance or max(0.5, subject.least_distance(targets, toward, camera.fov))
-        origins = targets + distance * toward
+        targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames, front)
+        own = needed if camera in standing else subject.least_distances(targets, toward, camera.fov)
+        if camera.follow and (camera in standing or camera is TURNTABLE):
+            distances = subject.eased_distances(own, camera.fov)
+        else:
+            distances = np.full(frames, camera.distance or own.max())
+        origins = targets + distances[:, None] * toward
         found[camera.name] = tuple(
             ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov)
             for origin, target in zip(origins, targets, strict=True)
@@ -273,67 +279,19 @@ def follow_cameras(
     return {view: found[view] for view in settings.views}
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Subject:
-    """Whom the cameras see: `points` (T, N, 3), its smooth `path` (T, 3) and the middle of all of it, `still` (T, 3), at half its
-    height; `margin` is the free border on each side, a fraction of the picture, which spans `sides` of its longer side."""
+def mean_facing(facing: FloatArray, frames: int) -> float:
+    """The angle that has the largest mean cosine to angles (T,), degrees; 0 where they cancel out.
 
-    points: FloatArray
-    path: FloatArray
-    still: FloatArray
-    margin: float
-    sides: tuple[float, float]
-
-    @classmethod
-    def of(cls, track: FloatArray, *, height: float | None, smoothing: float, margin: float, shape: tuple[int, int]) -> _Subject:
-        """See `follow_cameras`."""
-        points = np.asarray(track, np.float64)
-        if points.ndim != 3 or points.shape[-1] != 3 or points.shape[0] < 1 or points.shape[1] < 1:
-            raise InputError(
-                f"the character's track has shape {points.shape}; expected (frames, vertices, 3), or (frames, 2, 3) for bounds"
-            )
-        if not np.isfinite(points).all():
-            raise InputError("the character's track holds NaN or infinite numbers; check the motion that moved it")
-        low, high = points.min(axis=1), points.max(axis=1)
-        if points.shape[1] == 2:  # the corners of the boxes stand for what is inside
-            points = np.stack([np.where([i & 1, i & 2, i & 4], high, low) for i in range(8)], axis=1)
-        if height is None:
-            extent = high[:, 1] - low[:, 1]
-            height = float(max(np.median(extent), 0.5 * extent.max()))
-        centre = (low + high) / 2
-        centre[:, 1] = height / 2
-        still = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (len(centre), 1))
-        still[:, 1] = height / 2
-        return cls(
-            points=points,
-            path=_smooth_path(centre, smoothing),
-            still=still,
-            margin=margin,
-            sides=(shape[0] / max(shape), shape[1] / max(shape)),
-        )
-
-    def least_distance(self, targets: FloatArray, toward: FloatArray, fov: float) -> float:
-        """Metres from `targets` (T, 3) along `toward` (T, 3) from where the whole of it is in the picture at every frame."""
-        reach = (1 - 2 * self.margin) * np.tan(np.radians(fov) / 2)
-        right = np.cross((0.0, 1.0, 0.0), toward)
-        right /= np.linalg.norm(right, axis=-1, keepdims=True)
-        up = np.cross(toward, right)
-        offsets = self.points - targets[:, None]
-        across, along, depth = (np.einsum("tnc,tc->tn", offsets, axis) for axis in (right, up, toward))
-        return float((np.maximum(np.abs(across) / self.sides[0], np.abs(along) / self.sides[1]) / reach + depth).max())
-
-
-def _smooth_path(centre: FloatArray, smoothing: float) -> FloatArray:
-    """A path (T, 3) through a Gaussian of `smoothing` frames."""
-    from scipy.ndimage import gaussian_filter1d
-
-    if smoothing <= 0 or len(centre) < 2:
-        return centre
-    # continued at both ends by point reflection, or the camera would lag behind whoever walks into the clip
-    beyond = min(len(centre) - 1, int(4 * smoothing))
-    padded = np.pad(centre, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
-    path: FloatArray = gaussian_filter1d(padded, smoothing, axis=0, mode="nearest")[beyond : beyond + len(centre)]
-    return path
+    Raises
+    ------
+    InputError
+        There is not one finite angle for each of the `frames`.
+    """
+    angles = np.asarray(facing, np.float64)
+    if angles.shape != (frames,) or not np.isfinite(angles).all():
+        raise InputError(f"facing has shape {angles.shape}; expected one finite angle for each of {frames} frames")
+    mean = np.exp(1j * angles).mean()
+    return float(np.degrees(np.angle(mean))) if abs(mean) > 1e-6 else 0.0
 
 
 def _triple(vector: FloatArray) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ import numpy as np
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
 from a2v.rendering.camera import ViewCamera
 from a2v.rendering.lights import DiskLight
-from a2v.rendering.scene import LookSettings, grid_factor
+from a2v.rendering.scene import LookSettings, ground_pattern
 from a2v.types import BoolArray, FloatArray
 
 _FAR = 100.0
@@ -82,7 +82,7 @@ def _lines(look: LookSettings, camera: ViewCamera, size: int, top: int) -> Float
     """What the lines leave of the ground's albedo, (H - top, W), the mean over each pixel."""
     import cv2
 
-    if look.grid == 0 or look.grid_contrast == 0:
+    if not look.is_patterned:
         return np.ones((size - top, size), np.float32)
     factor = _factor(look)
     pixels, (across, down) = len(factor), _FINE
@@ -109,7 +109,7 @@ def _printed(look: LookSettings, place: FloatArray) -> FloatArray:
 
 @functools.lru_cache(maxsize=2)
 def _factor(look: LookSettings) -> FloatArray:
-    return grid_factor(look).astype(np.float32)
+    return ground_pattern(look).astype(np.float32)
 
 
 @functools.lru_cache(maxsize=16)

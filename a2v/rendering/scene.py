@@ -19,7 +19,8 @@ from a2v.types import ByteArray, FloatArray, IntArray, Surface
 
 Triple = tuple[float, float, float]
 
-
+FINEST = 0.05
+"""Width of the finest patches of a mottled ground, metres: four texels."""
 
 @dataclass(frozen=True, kw_only=True)
 class LookSettings(Record):
@@ -57,6 +58,10 @@ class LookSettings(Record):
         Distance of the lines on the ground, metres, which show that the character travels; 0: no lines.
     grid_contrast : float
         How much darker the lines are than the ground.
+    mottle : float
+        Standard deviation of the ground's irregular lightness (grass, sand, asphalt), a fraction of its albedo; 0: none.
+    mottle_size : float
+        Width of its largest patches, metres; the finest are `FINEST`.
     ground_radius : float
         Half the side of the ground, metres; the lines fade towards it.
     gloss : bool
@@ -77,6 +82,8 @@ class LookSettings(Record):
     spot_radius: float = 0.35
     grid: float = 0.5
     grid_contrast: float = 0.16
+    mottle: float = 0.0
+    mottle_size: float = 1.2
     ground_radius: float = 12.0
     gloss: bool = True
     bounces: int = 2
@@ -90,6 +97,8 @@ class LookSettings(Record):
             raise InputError(f"haze is {self.haze}; expected a sine of 0.01 to 10")
         if self.sun_direction[1] <= 0 or self.spot_position[1] <= 0:
             raise InputError("the sun and the spot light must be above the ground; give their y a positive value")
+        if not 0 <= self.mottle <= 0.35 or not FINEST <= self.mottle_size <= self.ground_radius:
+            raise InputError(f"mottle {self.mottle} of {self.mottle_size} m; expected 0 to 0.35, and {FINEST} m to ground_radius")
         if not 0 < self.sun_angle < 45 or self.spot_radius <= 0 or self.ground_radius <= 0 or self.grid < 0 or self.bounces < 1:
             raise InputError("expected sun_angle in (0, 45), positive spot_radius, ground_radius and bounces, grid >= 0")
 
@@ -135,7 +144,12 @@ class LookSettings(Record):
     @property
     def plain_ground(self) -> bool:
         """Whether the ground has one albedo everywhere."""
-        return self.ground is None and (self.grid == 0 or self.grid_contrast == 0)
+        return self.ground is None and not self.is_patterned
+
+    @property
+    def is_patterned(self) -> bool:
+        """Whether lines or irregular lightness change the ground's albedo."""
+        return (self.grid > 0 and self.grid_contrast > 0) or self.mottle > 0
 
     def ground_at(self, place: FloatArray) -> FloatArray:
         """Linear albedo (..., 3) of the ground without its lines at `place` (..., 2), x and z in metres."""
@@ -268,26 +282,42 @@ def _sky(mi: Any, look: LookSettings) -> dict[str, Any]:
 def _ground_texture(mi: Any, look: LookSettings) -> dict[str, Any]:
     if look.plain_ground:
         return {"type": "rgb", "value": look.ground_albedo.tolist()}
-    return {"type": "bitmap", "bitmap": mi.Bitmap(grid_texture(look)), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
+    return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(grid_texture(look))), "filter_type": "bilinear", "wrap_mode": "clamp", "raw": False}
 
 
-def grid_factor(look: LookSettings, pixels: int = 2048) -> FloatArray:
-    """What is left of the ground's albedo (pixels, pixels): faint lines that fade out towards its rim."""
-    if look.grid == 0 or look.grid_contrast == 0:
+def ground_pattern(look: LookSettings, pixels: int = 2048) -> FloatArray:
+    """Factor (pixels, pixels), rows along z and columns along x, on the ground's albedo: faint lines and irregular lightness, which fade out towards its rim."""
+    if not look.is_patterned:
         return np.ones((pixels, pixels))
     at, pixel = _texels(look, pixels), 2 * look.ground_radius / pixels
-    off = np.abs((at + look.grid / 2) % look.grid - look.grid / 2)  # distance to the nearest line
-    line = np.clip(1.25 - off / pixel, 0, 1)
-    lines = np.maximum(line[:, None], line[None, :])
+    change = look.mottle * _mottle(look, pixels) if look.mottle > 0 else np.zeros((pixels, pixels))
+    if look.grid > 0:
+        off = np.abs((at + look.grid / 2) % look.grid - look.grid / 2)  # distance to the nearest line
+        line = np.clip(1.25 - off / pixel, 0, 1)
+        change = change - look.grid_contrast * np.maximum(line[:, None], line[None, :])
     radius = np.hypot(at[:, None], at[None, :]) / look.ground_radius
-    return np.asarray(1 - look.grid_contrast * lines * _fade(radius))
+    return np.asarray(np.maximum(1 + change * _fade(radius), 0.05))
+
+
+def _mottle(look: LookSettings, pixels: int) -> FloatArray:
+    """Noise (pixels, pixels) of mean 0 and standard deviation 1 with patches of `mottle_size` and of halves of it down to `FINEST`."""
+    import cv2
+
+    generator, size = np.random.default_rng(0), look.mottle_size
+    noise = np.zeros((pixels, pixels), np.float32)
+    while size >= FINEST:
+        cells = max(2, round(2 * look.ground_radius / size))
+        coarse = generator.standard_normal((cells, cells)).astype(np.float32)
+        noise += np.float32(size**0.4) * cv2.resize(coarse, (pixels, pixels), interpolation=cv2.INTER_CUBIC)
+        size /= 2
+    return np.asarray(np.clip((noise - noise.mean()) / noise.std(), -2.5, 2.5))
 
 
 def grid_texture(look: LookSettings, pixels: int = 2048) -> ByteArray:
-    """The ground's sRGB texture (pixels, pixels, 3)."""
+    """The ground's sRGB texture (pixels, pixels, 3): columns along x, rows along -z, as Mitsuba lays it over the ground."""
     at = _texels(look, pixels).astype(np.float32)
     place = np.stack(np.broadcast_arrays(at, at[:, None]), axis=-1) if look.ground is not None else np.zeros((1, 1, 2))
-    return to_bytes(linear_to_srgb(look.ground_at(place) * grid_factor(look, pixels)[..., None]))
+    return to_bytes(linear_to_srgb(look.ground_at(place) * ground_pattern(look, pixels)[..., None]))[::-1]
 
 
 def _texels(look: LookSettings, pixels: int) -> FloatArray:

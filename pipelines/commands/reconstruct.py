@@ -16,7 +16,7 @@ from pipelines.options import group, option
 from pipelines.outputs import write_blob
 from pipelines.requests.person import PersonRequest
 
-HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing as in the photo."
+HELP = "Reconstruct the person in a photo as a textured, rigged 3D character, standing in the body's rest pose."
 EXAMPLES = """examples:
   a2v reconstruct --photo me.jpg --out me.glb
   a2v reconstruct --photo me.png --mask mask.png --keypoints openpose.json --out me.glb

@@ -41,24 +41,18 @@ def surface_with_face(
     subject: Ref[Subject],
     body: Ref[Body],
     photo_camera: Ref[PhotoCamera],
-    hands: HandSettings,
     face: FaceSettings,
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """Lay the body's own face, which has expressions, where the photo shows one; or build the canonical character, of which it is a part."""
-    from a2v.reconstruction import add_hands
-    from a2v.reconstruction.canonical import HANGS, SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
+    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
     from a2v.reconstruction.face import add_face
 
     person, camera, fitted = get(surface_with_hands, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
-    canonical = is_canonical(fitted, figure)
-    if canonical and hangs_between_legs(person.surface, fitted):
-        canonical = False
-        note(HANGS)
-        person = add_hands(person, fitted, settings=hands)
-    if not canonical:
+    if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
-    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face)
+    hangs = hangs_between_legs(person.surface, fitted, get(subject, Subject), camera)
+    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face, hangs=hangs)
     if made.surface.provenance.get("small_face"):
         note(SMALL_FACE)
     return put(made)

@@ -14,7 +14,7 @@ import numpy as np
 
 from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.rendering.scene import LookSettings
-from a2v.types import VIEWS, Character, RenderSettings
+from a2v.types import VIEWS, Body, Character, RenderSettings
 from pipelines.engine.memo import memo, note
 from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
@@ -30,18 +30,23 @@ def frame_settings(render: RenderSettings) -> Ref[RenderSettings]:
         variant, message = choose_variant()
         if message:
             note(message)
-    return put(dataclasses.replace(render, variant=variant, views=VIEWS, titles=False, threads=0, provenance={}))
+    return put(dataclasses.replace(render, variant=variant, views=VIEWS, follow=True, titles=False, threads=0, provenance={}))
 
 
 @memo()
-def camera(vertices: np.ndarray, render: RenderSettings, cameras: tuple[CameraPath, ...]) -> np.ndarray:
-    """The cameras of every frame and view; they follow the character."""
+def camera(
+    vertices: np.ndarray, poses: Ref[Poses], body: Ref[Body], render: RenderSettings, cameras: tuple[CameraPath, ...]
+) -> np.ndarray:
+    """The cameras of every frame and view; they follow the character, and the front view stands where it faces in the mean."""
+    from a2v.animation.root_motion import ground_path_of
     from a2v.rendering import follow_cameras
 
+    moves = get(poses, Poses)
+    facing = ground_path_of(moves.bone_transforms, get(body, Body)).heading
     clouds = [get(ref, Vertices).vertices for ref in vertices]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
     wanted = (*VIEWS, *(view for view in render.views if view not in VIEWS))  # the four are the same whichever of them are asked for
-    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras)
+    tracks = follow_cameras(bounds, dataclasses.replace(render, views=wanted), cameras=cameras, facing=facing, fps=moves.fps)
     found = np.empty((len(clouds), len(render.views)), dtype=object)
     for c, view in enumerate(render.views):
         for t, one in enumerate(tracks[view]):

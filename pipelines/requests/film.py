@@ -18,6 +18,9 @@ from pipelines.nodes.values import Blob
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
+FOLLOW, STILL = "follow", "still"
+"""What the cameras of the four views do."""
+
 PHOTO = "photo"
 """The background that is the photo's own place, and the name of its view."""
 _LOOK = RenderSettings()
@@ -30,7 +33,11 @@ class FilmRequest(Request):
     views: str | None = option(
         f"of {', '.join(VIEWS)}, turntable and those of --camera (default: the four)", default=None
     )
-    camera: str | None = option("YAML file of cameras of your own (docs/rendering.md)", default=None, metavar="FILE")
+    camera: str = option(
+        f"{FOLLOW}: the four views go along with the character; {STILL}: they stand still; or a YAML file of cameras (docs/rendering.md)",
+        default=FOLLOW,
+        metavar="WHAT",
+    )
     background: str = option(
         "stage, transparent, a colour, an image file, or photo (adds photo.mp4)", default=_LOOK.background, metavar="WHAT"
     )
@@ -59,7 +66,7 @@ class FilmRequest(Request):
         """
         from a2v.rendering import check_views, read_cameras, read_look
 
-        cameras = () if self.camera is None else read_cameras(self.camera)
+        cameras = () if self.camera in (FOLLOW, STILL) else read_cameras(self.camera)
         named = self.views.split(",") if self.views is not None else [one.name for one in cameras] or VIEWS
         background, backdrop = _background(store, _LOOK.background if self.in_photo else self.background)
         render = RenderSettings(
@@ -72,6 +79,7 @@ class FilmRequest(Request):
             denoise=self.denoise,
             variant=self.variant,
             seed=self.render_seed,
+            follow=self.camera != STILL,
         )
         check_views(render.views, cameras)
         return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": read_look(self.look), "deform": self.deform}

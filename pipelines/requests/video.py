@@ -94,9 +94,9 @@ class VideoRequest:
         return Resolved(parameters=parameters, recorded=self.motion.motion is not None, understood=moving.understood)
 
 
-FILES = ("photo", "mask", "keypoints", "motion", "camera", "timeline", "keyframes")
+FILES = ("photo", "mask", "keypoints", "motion", "timeline", "keyframes")
 """Values that name a file."""
-MAYBE_FILES = ("model", "background", "look", "path")
+MAYBE_FILES = ("model", "background", "camera", "look", "path")
 """Values that may."""
 
 

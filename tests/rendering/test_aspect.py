@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.rendering import Renderer, follow_cameras
+from a2v.rendering import Framing, Renderer, follow_cameras
 from a2v.types import RenderSettings
 from tests.support.blocks import block
 
@@ -38,7 +38,7 @@ def test_the_whole_body_fits_with_its_border(aspect: str) -> None:
     width, height = settings.shape
     rows, columns = settings.window
     tight = []
-    for view, (camera,) in follow_cameras(wide[None], settings).items():
+    for view, (camera,) in follow_cameras(wide[None], settings, framing=Framing(share=1.0)).items():
         pixels = camera.project(wide, 96) - (columns.start, rows.start)
         share = np.abs(pixels / (width, height) - 0.5).max(axis=0) * 2
         assert share.max() <= 0.881, view

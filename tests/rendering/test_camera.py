@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.rendering import CameraPath, ViewCamera, follow_cameras, read_cameras
+from a2v.rendering import CameraPath, Framing, ViewCamera, follow_cameras, read_cameras
 from a2v.types import VIEWS, RenderSettings
 
 
@@ -25,7 +25,7 @@ def walker(frames: int = 40) -> np.ndarray:
 
 def test_whole_body_stays_in_every_picture() -> None:
     track, settings = walker(), RenderSettings(size=512)
-    cameras = follow_cameras(track, settings, margin=0.05)
+    cameras = follow_cameras(track, settings, framing=Framing(margin=0.05, share=1.0))
     worst = 0.0
     for view in VIEWS:
         for frame, camera in enumerate(cameras[view]):
@@ -46,18 +46,78 @@ def test_bounds_contain_what_vertices_need() -> None:
             assert pixels.max() <= 512, view
 
 
-def test_cameras_stand_at_half_height_at_constant_distance_and_follow_smoothly() -> None:
+def distances_of(path: tuple[ViewCamera, ...]) -> np.ndarray:
+    return np.array([np.linalg.norm(np.subtract(camera.origin, camera.target)) for camera in path])
+
+
+def test_cameras_stand_at_half_height_at_one_distance_and_follow_smoothly() -> None:
     track = walker()
-    cameras = follow_cameras(track, height=1.8)
-    distances = {float(np.linalg.norm(np.subtract(c.origin, c.target))) for path in cameras.values() for c in path}
-    assert max(distances) - min(distances) < 1e-9
+    track[20, :, 1] -= 0.6  # no jump
+    cameras = follow_cameras(track, framing=Framing(height=1.8))
+    shared = distances_of(cameras["front"])
     for path in cameras.values():
+        np.testing.assert_allclose(distances_of(path), shared, atol=1e-9)
         origins = np.array([camera.origin for camera in path])
         np.testing.assert_allclose(origins[:, 1], 0.9, atol=1e-9)
         jitter = np.abs(np.diff(origins, 3, axis=0)).max()
         assert jitter < 0.1 * np.abs(np.diff(track.mean(axis=1)[:, [0, 2]], 3, axis=0)).max()
     travelled = cameras["front"][-1].target[2] - cameras["front"][0].target[2]
     assert travelled > 1.8  # of 3 m: it follows
+
+
+def test_who_stands_takes_the_share_that_is_asked_for() -> None:
+    track = np.repeat(walker()[:1], 5, axis=0)
+    for share in (0.4, 0.7):
+        camera = follow_cameras(track, framing=Framing(share=share))["front"][0]
+        middle = track[0].mean(axis=0) * (0, 0, 1) + camera.target * np.array([1, 0, 0])
+        low, high = camera.project(np.array([middle, middle + np.array([0, 1.8, 0])]), 1)[:, 1]
+        assert low - high == pytest.approx(share, abs=0.01)
+
+
+def test_cameras_ease_back_before_a_frame_that_needs_room_and_return() -> None:
+    track = np.repeat(walker()[:1], 200, axis=0)
+    track[100, 2] += (1.6, 0.5, 0)
+    distances = distances_of(follow_cameras(track)["front"])
+    usual = distances_of(follow_cameras(track[:5])["front"])[0]
+    assert distances[[0, -1]] == pytest.approx([usual, usual])
+    assert distances.argmax() == pytest.approx(100, abs=1)
+    assert distances.max() > 1.2 * usual
+    assert np.abs(np.diff(distances)).max() < 0.1 * (distances.max() - usual)  # in many small steps
+
+
+def test_cameras_rise_with_who_is_in_the_air_but_not_with_steps() -> None:
+    track = np.repeat(walker()[:1], 120, axis=0)
+    track[:, :, 1] += 0.05 * np.sin(np.arange(120) / 5)[:, None] ** 2
+    assert [camera.target[1] for camera in follow_cameras(track)["front"]] == pytest.approx([0.9] * 120, abs=1e-6)
+    track[30:, :, 1] += 1.5  # a ladder
+    targets = [camera.target[1] for camera in follow_cameras(track)["front"]]
+    assert targets[0] == pytest.approx(0.9, abs=1e-6)
+    assert targets[-1] == pytest.approx(0.9 + 1.5 - 0.1 + 0.03, abs=0.05)
+
+
+def test_the_front_view_stands_where_the_person_mostly_faces() -> None:
+    facing = np.radians(np.concatenate([np.full(30, 170.0), np.full(10, -150.0)]))
+    cameras = follow_cameras(walker(), facing=facing)
+    for view, turn in (("front", 0), ("left", 90), ("back", 180), ("right", -90)):
+        toward = cameras[view][0].axes[2]  # type: ignore[index]
+        angle = np.degrees(np.arctan2(toward[0], toward[2]))
+        assert np.cos(np.radians(angle - 179.7 - turn)) == pytest.approx(1, abs=1e-4)
+    with pytest.raises(InputError, match="one finite angle for each of 40 frames"):
+        follow_cameras(walker(), facing=facing[:3])
+
+
+def test_four_cameras_that_stand_still_see_the_whole_path() -> None:
+    track = walker()
+    for path in follow_cameras(track, RenderSettings(follow=False)).values():
+        assert len(set(path)) == 1
+        pixels = path[0].project(track, 512)
+        assert 0 <= pixels.min() <= pixels.max() <= 512
+
+
+def test_unusable_framing_is_named() -> None:
+    for odd in ({"share": 0.0}, {"margin": 0.5}, {"ease": -1.0}, {"height": 0.0}, {"fov": 180.0}):
+        with pytest.raises(InputError, match="expected"):
+            Framing(**odd)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +171,7 @@ def turned(path: CameraPath, **more: object) -> tuple[ViewCamera, ...]:
     "path", [CameraPath(name="high", azimuth=30, elevation=50, fov=20), CameraPath(name="dolly", turn=360, elevation=-8, fov=60)]
 )
 def test_a_camera_of_ones_own_sees_the_whole_body_from_its_side(path: CameraPath) -> None:
-    cameras, track = turned(path, margin=0.05), walker()
+    cameras, track = turned(path, framing=Framing(margin=0.05)), walker()
     worst = 0.0
     for frame, camera in enumerate(cameras):
         worst = max(worst, float(np.abs(camera.project(track[frame], 512) - 256).max()))

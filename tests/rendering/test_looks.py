@@ -13,6 +13,7 @@ from a2v.geometry.colors import linear_to_srgb
 from a2v.rendering import LOOKS, LookSettings, Renderer, ViewCamera, read_look
 from a2v.rendering.empty import empty_stage
 from a2v.rendering.region import region
+from a2v.rendering.scene import ground_pattern
 from a2v.types import FloatArray, RenderSettings
 from tests.support.blocks import block
 
@@ -56,6 +57,8 @@ def test_a_look_of_ones_own(tmp_path) -> None:
         ("sun_direction: [0, -1, 0]", "above the ground"),
         ("zenith: [3, 0, 0]", "zenith"),
         ("haze: 0", "haze"),
+        ("mottle: 0.5", "mottle 0.5"),
+        ("mottle: 0.1\nmottle_size: 0.01", "0.01 m"),
         ("- sun", "no mapping"),
         ("sun: [", "mine.yaml"),
     ):
@@ -64,6 +67,21 @@ def test_a_look_of_ones_own(tmp_path) -> None:
             read_look(path)
     with pytest.raises(InputError, match="studio, outdoor, night"):
         read_look("nigth")
+
+
+def test_a_mottled_ground_is_as_light_as_a_plain_one_and_ends_at_its_rim() -> None:
+    plain = LookSettings(grid=0.0)
+    assert (ground_pattern(plain, 64) == 1).all()
+    assert plain.plain_ground
+    scene = dataclasses.replace(plain, mottle=0.15, mottle_size=1.0)
+    pattern = ground_pattern(scene, 1024)
+    middle = pattern[300:724, 300:724]
+    assert middle.mean() == pytest.approx(1, abs=0.02)
+    assert middle.std() == pytest.approx(0.15, rel=0.1)
+    np.testing.assert_allclose(pattern[[0, -1]], 1, atol=1e-6)
+    np.testing.assert_array_equal(pattern, ground_pattern(scene, 1024))
+    steps = np.abs(np.diff(middle, axis=0)).mean()
+    assert steps < 0.3 * 0.15  # patches, not grains
 
 
 @pytest.mark.parametrize("name", SKIES)

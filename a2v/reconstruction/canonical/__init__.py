@@ -2,7 +2,7 @@
 
 from a2v.reconstruction.canonical.build import canonical_person
 from a2v.reconstruction.canonical.face import SMALL_FACE
-from a2v.reconstruction.canonical.hanging import HANGS, hangs_between_legs
+from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.settings import CharacterSettings, is_canonical
 
-__all__ = ["HANGS", "SMALL_FACE", "CharacterSettings", "canonical_person", "hangs_between_legs", "is_canonical"]
+__all__ = ["SMALL_FACE", "CharacterSettings", "canonical_person", "hangs_between_legs", "is_canonical"]

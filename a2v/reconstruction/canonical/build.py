@@ -12,11 +12,13 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
-from a2v.reconstruction.canonical.observe import observe, ray_normals
+from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
+from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
 
@@ -38,6 +40,7 @@ def canonical_person(
     *,
     settings: CharacterSettings = DEFAULT,
     face: FaceSettings | None = None,
+    hangs: bool = False,
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
 
@@ -53,6 +56,8 @@ def canonical_person(
     subject, camera
     body : Body
         Anny, fitted to the surface.
+    hangs : bool
+        Whether cloth hangs between the legs (`hangs_between_legs`): it becomes a layer of its own.
 
     Returns
     -------
@@ -73,8 +78,11 @@ def canonical_person(
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
+    skirt = make_skirt(person.surface, body, rest) if hangs else None
+    if skirt is not None:
+        asked &= ~covered(skirt, at_rest, parts)
     bent = mesh.spread(np.linalg.det(turns))
-    seen = observe(person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near)
+    seen = observe(person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near, view=View(camera, surroundings_taken(body, subject, camera)))
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
     offset = solve_offsets(
@@ -85,8 +93,11 @@ def canonical_person(
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
         anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
     )  # fmt: skip
+    faces = mesh.faces
+    if skirt is not None:
+        standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
-        vertices=posed_vertices(standing, body), faces=mesh.faces.astype(np.int32), colors=np.full(vertices.shape, 0.6, np.float32),
+        vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
         face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)

@@ -10,7 +10,8 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.geometry.mesh import evened, face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.vectors import unit
-from a2v.types import BoolArray, FloatArray, IntArray, Surface
+from a2v.reconstruction.canvas import STEP
+from a2v.types import BoolArray, Camera, FloatArray, IntArray, Surface
 
 _MOST: dict[str, float] = {"head": 0.14, "neck": 0.12, "torso": 0.16, "upper_arm": 0.09, "lower_arm": 0.09, "hand": 0.03, "thigh": 0.14, "shin": 0.12, "foot": 0.03}
 """Cloth and hair stand off the skin of a part by at most so much, metres."""
@@ -50,8 +51,16 @@ def ray_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return unit(evened(faces, vertex_normals(vertices, faces), _EVENED), least=1e-9)
 
 
+@dataclass(frozen=True, eq=False)
+class View:
+    """The photo's camera, and which of its pixels show what is around the person (`a2v.reconstruction.canvas.surroundings_taken`)."""
+
+    camera: Camera
+    taken: BoolArray
+
+
 def observe(
-    surface: Surface, skin: FloatArray, rest: FloatArray, faces: IntArray, parts: IntArray, allowed: BoolArray, *, near: float
+    surface: Surface, skin: FloatArray, rest: FloatArray, faces: IntArray, parts: IntArray, allowed: BoolArray, *, near: float, view: View
 ) -> Observed:
     """Cast the posed skin onto a surface.
 
@@ -68,6 +77,8 @@ def observe(
         Vertices that are asked.
     near : float
         See `CharacterSettings`.
+    view : View
+        The photo that the surface is of.
     """
     from scipy.spatial import cKDTree
 
@@ -87,7 +98,8 @@ def observe(
     good &= np.linalg.norm(rest[own[nearest]] - rest[own], axis=1) < near
     foreign = _foreign(places, skin, parts, own)
     good &= foreign > _FOREIGN[0] * np.abs(offset) + _FOREIGN[1]
-    seen = _seen(scene, places, met)
+    good &= _of_person(places, view)
+    seen = _seen(scene, places, met, view.camera)
     found, weight = np.zeros(len(skin)), np.zeros(len(skin))
     found[own] = np.where(good, offset, 0.0)
     weight[own] = good * np.where(seen, 1.0, _UNSEEN)
@@ -107,8 +119,15 @@ def _foreign(places: FloatArray, skin: FloatArray, parts: IntArray, own: IntArra
     return beyond
 
 
-def _seen(scene: RayScene, places: FloatArray, normals: FloatArray) -> BoolArray:
+def _seen(scene: RayScene, places: FloatArray, normals: FloatArray, camera: Camera) -> BoolArray:
     """Whether the photo's camera sees the places (n, 3) with the surface's normals (n, 3), or they lie on its outline."""
-    ahead = np.array([0.0, 0.0, 1.0])
+    ahead = unit(camera.raised(camera.flatten(places) + np.array([0.0, 0.0, 0.01])) - places, least=1e-9)  # along the pixel's ray
     hidden = scene.occluded(np.asarray(places + 0.003 * normals + 0.002 * ahead, np.float32), np.asarray(ahead, np.float32))
-    return np.asarray(~hidden & (normals[:, 2] > -0.15))
+    return np.asarray(~hidden & ((normals * ahead).sum(axis=1) > -0.15))
+
+
+def _of_person(places: FloatArray, view: View) -> BoolArray:
+    """Whether the photo's pixels of the places (n, 3) show the person, and not what the mask took for it."""
+    height, width = view.taken.shape
+    pixels = np.floor(view.camera.project(places) / STEP).astype(np.int64)
+    return np.asarray(~view.taken[np.clip(pixels[:, 1], 0, height - 1), np.clip(pixels[:, 0], 0, width - 1)])

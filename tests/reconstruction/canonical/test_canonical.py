@@ -13,13 +13,17 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
+from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.canonical.observe import Observed
 from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import _Palettes, strangers
+from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, Reconstruction
 from tests.support.faces import CAMERA, photographed
+from tests.support.subjects import blank_subject
 from tests.support.surfaces import coated
 
 COAT = 0.02
@@ -162,8 +166,50 @@ def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) ->
     heads = body.bone_transforms[:, :3, 3]
     legs = heads[[body.bone_names.index(f"{bone}{side}") for bone in ("upperleg01", "lowerleg01", "foot") for side in (".L", ".R")]]
     skirt = coated(body, cell=0.02, coat=0.01, ball=((legs[2] + legs[3]) / 2, 0.3))
-    assert hangs_between_legs(skirt.surface, body)
-    assert not hangs_between_legs(dressed.surface, body)
+    subject = photographed(body)
+    assert hangs_between_legs(skirt.surface, body, subject, CAMERA)
+    assert not hangs_between_legs(dressed.surface, body, subject, CAMERA)
+    image = np.full_like(subject.image, 200)
+    between = int(CAMERA.project(legs.mean(axis=0))[0])
+    image[:, between - 22 : between + 22] = 0
+    other = dataclasses.replace(subject, image=image)  # what is seen between white legs is black: the background
+    assert not hangs_between_legs(skirt.surface, body, other, CAMERA)
+
+
+def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
+    knees = body.bone_transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    skirt = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
+    made = canonical_person(skirt, photographed(body), body, CAMERA, hangs=True)
+    mesh, standing = topology(), made.surface.standing
+    assert standing is not None
+    count = len(standing.vertices) - len(mesh.twin)
+    assert is_closed(standing.vertices[len(mesh.twin) :], skirt_faces(count))
+    assert is_closed(made.surface.vertices, made.surface.faces)
+    hem = made.surface.vertices[len(mesh.twin) :, 1].min()
+    assert knees[1] - 0.14 - 0.06 < hem < knees[1] - 0.02
+    sides = body.rest_transforms[[body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], 0, 3]
+    assert np.ptp(standing.vertices[len(mesh.twin) :, 0]) > np.ptp(sides) + 0.15
+    uv = layout(512, count).uv
+    assert uv.min() >= 0
+    assert uv.max() <= 1
+    assert len(uv) == len(made.surface.faces)
+    strip = uv[len(mesh.faces) :, :, 1].max()
+    assert strip < uv[: len(mesh.faces), :, 1].min()
+
+
+def test_background_between_two_legs_is_not_the_persons() -> None:
+    """Two red legs before a black wall, of which the mask has the gap between the legs as well."""
+    subject = blank_subject(400)
+    image, mask = np.zeros((400, 400, 3), np.uint8), np.zeros((400, 400), np.float32)
+    shown = np.full((400, 400), -1)
+    for leg in (slice(120, 180), slice(220, 280)):
+        image[100:400, leg], shown[100:400, leg] = (200, 40, 40), PARTS.index("left_thigh")
+    mask[100:400, 120:280] = 1
+    taken = like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0)
+    assert taken[150:380, 185:215].mean() > 0.95
+    assert not taken[150:380, 130:170].any()
+    image[100:400, 180:220] = (200, 40, 40)
+    assert not like_surroundings(dataclasses.replace(subject, image=image, mask=mask), shown, scale=300.0).any()
 
 
 def test_a_neckline_is_the_trunks_and_a_hands_colour_on_it_is_not() -> None:

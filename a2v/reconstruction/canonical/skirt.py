@@ -1,0 +1,268 @@
+"""A skirt, or the skirt of a dress or a coat: a closed layer around both legs that hangs from the hips and follows both thighs."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.body.face import SKIN
+from a2v.body.parts import PARTS, on_parts
+from a2v.geometry.mesh import face_normals, vertex_normals
+from a2v.geometry.rays import RayScene
+from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
+
+COLUMNS = 96
+"""Vertices around."""
+_ROW = 0.016
+"""Between rows, metres."""
+_ABOVE, _TUCKED = 0.06, 0.05
+"""The layer begins so far over the hips' joints, within the trunk, and comes out of it over so much, metres."""
+_UNDER = 0.012
+"""So far within the trunk, metres."""
+_THICK = 0.003
+"""Of the cloth, metres."""
+_BAND = 0.02
+"""Skin up to so far above and below a row says how wide the legs are there, metres."""
+_SIDE = 0.7
+"""Left of this share of the half width the cloth follows the left thigh, right of it the right one, and between both."""
+_START = 0.06
+"""Rays leave so far within the legs' hull, metres."""
+_MOST = 0.28
+"""Cloth stands off the legs' hull by at most so much, metres."""
+_SMOOTH = 0.03
+"""Metres over which displacements are smoothed."""
+_BREAK = 3
+"""So many rows without cloth between the legs end it."""
+_LEAST = 0.15
+"""What is shorter, metres, is a displacement of the trunk."""
+_STEPS = (0.04, 0.65)
+"""Cloth that stood off by more than this, metres, ends where it stands off by less than this share of its most."""
+_SHARE = 0.2
+"""Height of its strip at the bottom of the texture; the body's layout shrinks by as much."""
+_INNER = 0.03
+"""Height of the inner side's strip."""
+
+
+@dataclass(frozen=True, eq=False)
+class Skirt:
+    """The layer: its outer side, row by row from the top, then the inner side.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+        At rest, metres.
+    weights : (n, 4) float64
+    bones : (n, 4) int64
+    anchors : (n,) int64
+        Vertices of the body next to it.
+    hem : float
+        Its height at rest, metres.
+    """
+
+    vertices: FloatArray
+    weights: FloatArray
+    bones: IntArray
+    anchors: IntArray
+    hem: float
+
+
+def make_skirt(surface: Surface, body: Body, rest: FloatArray) -> Skirt | None:
+    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices at rest are `rest` (V, 3); None where it is too short to hang."""
+    from scipy.spatial import cKDTree
+
+    skin = np.asarray(rest[: SKIN.stop], np.float64)
+    low = on_parts(body.parts[: SKIN.stop], "torso", "left_thigh", "left_shin", "right_thigh", "right_shin")
+    hips, ankles = (np.stack([body.rest_transforms[body.bone_names.index(f"{bone}{side}"), :3, 3] for side in (".L", ".R")]).mean(axis=0) for bone in ("upperleg01", "foot"))
+    heights = np.arange(hips[1] + _ABOVE, ankles[1] + 0.04, -_ROW)
+    base, weights = _hull(skin, low, heights, hips), _blended(body, skin, low, heights)
+    four, bones = _largest(weights)
+    moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
+    turn = np.einsum("nk,nkab->nab", four, moved[bones][..., :3, :])
+    posed = np.einsum("nab,nb->na", turn[..., :3], base) + turn[..., 3]
+    rows = _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12)
+    if heights[0] - heights[rows - 1] < _LEAST:
+        return None
+    count = rows * COLUMNS
+    base, four, bones, posed = base[:count], four[:count], bones[:count], posed[:count]
+    faces = _tube(rows)
+    found, known = _observed(surface, posed, faces, body)
+    rows = _hem(found, known, rows)
+    count = rows * COLUMNS
+    base, four, bones, found, known, faces = base[:count], four[:count], bones[:count], found[:count], known[:count], _tube(rows)
+    twin = np.arange(count).reshape(rows, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
+    none = np.zeros(count, bool)
+    offset = solve_offsets(base, faces, found, known.astype(np.float64), twin=twin, fixed=none, parts=np.zeros(count, np.int64), smoothing=_SMOOTH)
+    offset = np.maximum(offset, 0.004)
+    out = smoothstep(heights[0] - base[:, 1], 0.0, _TUCKED)
+    offset = out * offset - (1 - out) * _UNDER
+    normals = vertex_normals(base, faces).astype(np.float64)
+    normals[:, 1] *= 0.3
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    outer = base + offset[:, None] * normals
+    anchors = np.flatnonzero(low)[cKDTree(skin[low]).query(outer, workers=1)[1]]
+    return Skirt(
+        np.concatenate([outer, outer - _THICK * normals]), np.tile(four, (2, 1)), np.tile(bones, (2, 1)), np.tile(anchors, 2), float(heights[rows - 1])
+    )
+
+
+def covered(skirt: Skirt, rest: FloatArray, parts: IntArray) -> BoolArray:
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no clothes of its own."""
+    low, top = on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"), float(skirt.vertices[:, 1].max())
+    return np.asarray(low & (rest[:, 1] > skirt.hem) & (rest[:, 1] < top - _TUCKED))
+
+
+def with_skirt(standing: Standing, skirt: Skirt) -> Standing:
+    """A body's standing surface and, after it, the skirt's, which is the trunk's."""
+    trunk = np.full(len(skirt.vertices), PARTS.index("torso"))
+    return Standing(
+        vertices=np.concatenate([standing.vertices, skirt.vertices]).astype(np.float32),
+        weights=np.concatenate([standing.weights, skirt.weights]).astype(np.float32),
+        bones=np.concatenate([standing.bones, skirt.bones]).astype(np.int32),
+        anchors=np.concatenate([standing.anchors, skirt.anchors]).astype(np.int32),
+        parts=np.concatenate([standing.parts, trunk]).astype(np.int8),
+    )
+
+
+def skirt_faces(count: int) -> IntArray:
+    """Faces (f, 3) of a layer of `count` vertices, both sides and the borders."""
+    rows = count // (2 * COLUMNS)
+    outer = _tube(rows)
+    half = rows * COLUMNS
+    around = np.arange(COLUMNS)
+    after = (around + 1) % COLUMNS
+    rims = []
+    for row, turned in ((0, False), (rows - 1, True)):
+        one, two = row * COLUMNS + around, row * COLUMNS + after
+        ring = np.concatenate([np.stack([one, two, two + half], axis=1), np.stack([one, two + half, one + half], axis=1)])
+        rims.append(ring[:, ::-1] if turned else ring)
+    return np.concatenate([outer, outer[:, ::-1] + half, *rims])
+
+
+@functools.lru_cache(maxsize=4)
+def skirt_layout(count: int) -> FloatArray:
+    """Texture coordinates (f, 3, 2) of `skirt_faces`, in a strip at the bottom: angle to the right, height up; the inner side below."""
+    rows = count // (2 * COLUMNS)
+    faces = skirt_faces(count)
+    inner = (faces >= rows * COLUMNS).all(axis=1)
+    own = faces % (rows * COLUMNS)
+    column, row = (own % COLUMNS).astype(np.float64), own // COLUMNS
+    column += COLUMNS * ((column == 0) & (column.max(axis=1) == COLUMNS - 1)[:, None])
+    v = 1 - row / (rows - 1)
+    high = np.where(inner[:, None], 0.004 + (_INNER - 0.008) * v, _INNER + 0.004 + (_SHARE - _INNER - 0.012) * v)
+    return np.asarray(np.stack([0.004 + 0.992 * column / COLUMNS, high], axis=-1), np.float32)
+
+
+def body_layout(uv: FloatArray) -> FloatArray:
+    """Texture coordinates (f, 3, 2) of the body above the skirt's strip."""
+    return np.asarray(uv * (1 - _SHARE) + [0.0, _SHARE], np.float32)
+
+
+def skirt_twins(count: int) -> IntArray:
+    """The mirrored vertex (count,) of each."""
+    return np.asarray(np.arange(count).reshape(-1, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel())
+
+
+def _angles() -> FloatArray:
+    """Of the columns: 0 before, growing to the person's left (+x)."""
+    return 2 * np.pi * np.arange(COLUMNS) / COLUMNS
+
+
+def _hull(skin: FloatArray, low: BoolArray, heights: FloatArray, hips: FloatArray) -> FloatArray:
+    """Places (n, 3) at rest on the horizontal hull of both legs, row by row."""
+    angles = _angles()
+    ways = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    apart = np.cos(angles[:, None] - angles)
+    rows, radii, middles = [], [], []
+    for height in heights:
+        band = skin[low & (np.abs(skin[:, 1] - height) < _BAND)][:, [0, 2]]
+        middle = np.array([hips[0], (band[:, 1].min() + band[:, 1].max()) / 2])
+        support = ((band - middle) @ ways.T).max(axis=0)
+        reach = np.where(apart > 0.05, support / np.maximum(apart, 0.05), np.inf)
+        radii.append(reach.min(axis=1))
+        middles.append(middle)
+    from scipy.ndimage import gaussian_filter1d
+
+    smooth = gaussian_filter1d(np.stack(radii), 2.0, axis=0, mode="nearest")
+    centers = gaussian_filter1d(np.stack(middles), 2.0, axis=0, mode="nearest")
+    for height, radius, middle in zip(heights, smooth, centers, strict=True):
+        flat = middle + radius[:, None] * ways
+        rows.append(np.stack([flat[:, 0], np.full(COLUMNS, height), flat[:, 1]], axis=1))
+    return np.concatenate(rows)
+
+
+def _blended(body: Body, skin: FloatArray, low: BoolArray, heights: FloatArray) -> FloatArray:
+    """Weights (n, B) of the columns row by row: those of the legs at the height, each side's, blended between the legs by the angle."""
+    from scipy.ndimage import gaussian_filter1d
+
+    sides = []
+    for sign in (1, -1):
+        own = np.flatnonzero(low & (sign * skin[:, 0] > 0.0))
+        per_row = [body.weights[own[np.abs(skin[own, 1] - height) < 2 * _BAND]].mean(axis=0) for height in heights]
+        sides.append(gaussian_filter1d(np.stack(per_row).astype(np.float64), 2.0, axis=0, mode="nearest"))
+    share = smoothstep(np.sin(_angles()), -_SIDE, _SIDE)
+    mixed = share[None, :, None] * sides[0][:, None] + (1 - share)[None, :, None] * sides[1][:, None]
+    return np.asarray(mixed.reshape(-1, body.weights.shape[1]))
+
+
+def _largest(weights: FloatArray) -> tuple[FloatArray, IntArray]:
+    bones = np.argsort(-weights, axis=1, kind="stable")[:, :4]
+    four = np.take_along_axis(weights, bones, axis=1)
+    return four / four.sum(axis=1, keepdims=True), bones
+
+
+def _rows_of_cloth(surface: Surface, posed: FloatArray, below: BoolArray) -> int:
+    """Number of rows, from the top, down to which the surface is filled between the legs; `posed` (R, C, 3), `below` (R,) the crotch."""
+    middle = posed.mean(axis=1)
+    flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
+    filled = RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle, np.float32), flat) > 0
+    last, missing = int(below.argmax()), 0
+    for row in range(last, len(filled)):
+        missing = 0 if filled[row] else missing + 1
+        if missing >= _BREAK:
+            break
+        if filled[row]:
+            last = row
+    return last + 1
+
+
+def _observed(surface: Surface, posed: FloatArray, faces: IntArray, body: Body) -> tuple[FloatArray, BoolArray]:
+    """Displacements (n,) of the posed hull (n, 3) along its normals to the surface, and where they are known."""
+    from scipy.spatial import cKDTree
+
+    normals = vertex_normals(posed, faces).astype(np.float64)
+    scene = RayScene(surface.vertices, surface.faces)
+    hits = scene.cast(np.asarray(posed - _START * normals, np.float32), np.asarray(normals, np.float32))
+    flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
+    met = flat[np.where(hits.hit, hits.face, 0)]
+    offset = np.where(hits.hit, hits.distance - _START, 0.0)
+    arms = body.vertices[on_parts(body.parts, *(f"{side}_{part}" for side in ("left", "right") for part in ("hand", "lower_arm")))]
+    away = cKDTree(arms).query(posed + offset[:, None] * normals, workers=1)[0]
+    known = hits.hit & ((met * normals).sum(axis=1) > 0.1) & (offset < _MOST) & (offset > -_START / 2) & (away > 0.04)
+    return np.where(known, offset, 0.0), known
+
+
+def _hem(found: FloatArray, known: BoolArray, rows: int) -> int:
+    """Number of the `rows` down to which the cloth stands off: where it ends, the surface steps in to the legs. `found`, `known` (rows C,)."""
+    wide = np.where(known, found, np.nan).reshape(rows, COLUMNS)
+    first, most = int(np.ceil(_LEAST / _ROW)), 0.0
+    for row in range(first, rows):
+        told = wide[row][np.isfinite(wide[row])]
+        if len(told) < COLUMNS // 8:
+            continue
+        now = float(np.median(told))
+        if most > _STEPS[0] and now < _STEPS[1] * most:
+            return row - 1
+        most = max(most, now)
+    return rows
+
+
+def _tube(rows: int) -> IntArray:
+    """Faces (f, 3) of an open tube of `rows` rows, outwards."""
+    row, column = np.meshgrid(np.arange(rows - 1), np.arange(COLUMNS), indexing="ij")
+    one, two = row * COLUMNS + column, row * COLUMNS + (column + 1) % COLUMNS
+    below, beside = one + COLUMNS, two + COLUMNS
+    return np.concatenate([np.stack([one, below, two], axis=-1).reshape(-1, 3), np.stack([two, below, beside], axis=-1).reshape(-1, 3)])

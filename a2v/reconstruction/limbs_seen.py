@@ -1,0 +1,73 @@
+"""Where the photo's landmarks have arms and hands: what lies there is theirs, also where the fitted body holds its arms otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.parts import PARTS
+from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
+
+_SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
+"""BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
+_LOWER, _PALM, _FINGER = 0.05, 0.045, 0.014
+"""Half the width of a forearm in its sleeve, of a hand of which only the knuckles are known, and of a finger, metres."""
+_REACH = 1.9
+"""A hand ends so many times as far from the wrist as its knuckles."""
+_SURE = 0.5
+"""Landmarks of less confidence tell nothing."""
+_OFF = 0.06
+"""The fit of an arm is off where elbow or wrist are so far from their landmarks, metres."""
+_BEHIND = -0.12
+"""A wrist so far behind its shoulder, metres, may be hidden by the trunk."""
+_FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
+
+
+def arms_by_landmarks(subject: Subject, body: Body, camera: Camera, shape: tuple[int, int], step: int) -> tuple[BoolArray, BoolArray]:
+    """Which pixels are of which arm by the landmarks, and for which parts they are the better answer than the fit.
+
+    Parameters
+    ----------
+    body : Body
+        Fitted.
+    shape : (h, w)
+        Of the picture at every `step`-th pixel.
+
+    Returns
+    -------
+    (P, h, w) bool, of lower arms and hands alone, and (P,) bool: lower arms and hands whose fit is off, and hands whose fingers were seen.
+    """
+    found, better = np.zeros((len(PARTS), *shape), bool), np.zeros(len(PARTS), bool)
+    scale = camera.scale / step
+    for number, (side, letter) in enumerate((("left", ".L"), ("right", ".R"))):
+        shoulder, elbow, wrist, knuckles = _SIDES[side]
+        points = subject.keypoints[:, :2].astype(np.float64) / step
+        sure = subject.keypoints[[elbow, wrist], 2].min() > _SURE
+        ahead = subject.keypoints_3d[wrist, 2] - subject.keypoints_3d[shoulder, 2]
+        arm, hand = PARTS.index(f"{side}_lower_arm"), PARTS.index(f"{side}_hand")
+        seen = subject.hands is not None and bool(subject.hands[number, 0, 3] > 0)
+        if sure and not ahead < _BEHIND:
+            found[arm] = _strokes([points[[elbow, wrist]]], _LOWER * scale, shape)
+            middle = points[list(knuckles)].mean(axis=0)
+            found[hand] = _strokes([np.stack([points[wrist], points[wrist] + _REACH * (middle - points[wrist])])], _PALM * scale, shape)
+            joints = np.stack([body.bone_transforms[body.bone_names.index(f"{bone}{letter}"), :3, 3] for bone in ("lowerarm01", "wrist")])
+            off = np.linalg.norm(camera.project(joints.astype(np.float64)) / step - points[[elbow, wrist]], axis=1).max()
+            better[[arm, hand]] = off > _OFF * scale
+        if seen:
+            assert subject.hands is not None
+            own = subject.hands[number, :, :2].astype(np.float64) / step
+            found[hand] = _strokes([own[list(finger)] for finger in _FINGERS], _FINGER * scale, shape)
+            better[hand] = True
+    return found, better
+
+
+def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:
+    """Pixels (h, w) within `width` of polylines (n, 2), and of the polygon of all of them where there are several."""
+    import cv2
+
+    drawn = np.zeros(shape, np.uint8)
+    for line in lines:
+        cv2.polylines(drawn, [np.rint(line).astype(np.int32)], False, 1, max(1, round(2 * width)))
+    if len(lines) > 1:
+        palm = np.concatenate([line[:2] for line in lines])
+        cv2.fillConvexPoly(drawn, cv2.convexHull(np.rint(palm).astype(np.int32)), 1)
+    return drawn > 0

@@ -206,17 +206,11 @@ def evaluate(
     """
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
-    sampler = ClipSampler(dataset, dataset.length)
     models = ({REAL_ALIKE: recorded(dataset)} if settings.labels == "uniform" else {}) | dict(models)
     names = [REAL, *models]
     rows = {name: row for name, row in (known or {}).items() if name in names}
     wanted = [name for name in names if name not in rows]
-    references: list[FloatArray] = []
-    for repeat in range(settings.repeats if wanted else 0):
-        generator = np.random.default_rng([settings.seed, repeat, 0])
-        reference, _, _ = sampler.batch(settings.clips, generator)
-        references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
-    trial = _Trial(dataset, evaluator, sampler, settings, references)
+    trial = _Trial.of(dataset, evaluator, settings, repeats=settings.repeats if wanted else 0)
     for done, name in enumerate(wanted):
 
         def report_repeat(repeat: int, before: int = done * settings.repeats) -> None:
@@ -238,6 +232,16 @@ class _Trial:
     sampler: ClipSampler
     settings: EvaluationSettings
     references: Sequence[FloatArray]
+
+    @classmethod
+    def of(cls, dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings, *, repeats: int) -> _Trial:
+        """With the references drawn."""
+        sampler, references = ClipSampler(dataset, dataset.length), []
+        for repeat in range(repeats):
+            generator = np.random.default_rng([settings.seed, repeat, 0])
+            reference, _, _ = sampler.batch(settings.clips, generator)
+            references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+        return cls(dataset, evaluator, sampler, settings, references)
 
 
 def _measure_row(name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]) -> Scores:
@@ -371,8 +375,7 @@ def physics_table(scores: Sequence[Scores]) -> str:
 def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
     """Rows as JSON: every repeat's values by metric, and the physical measures."""
     return {
-        row.name: {metric: list(numbers) for metric, numbers in row.values.items()}
-        | ({"physics": row.physics.as_dict()} if row.physics is not None else {})
+        row.name: {metric: list(numbers) for metric, numbers in row.values.items()} | ({"physics": row.physics.as_dict()} if row.physics else {})
         for row in scores
     }
 
@@ -380,11 +383,7 @@ def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
 def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scores]:
     """The inverse of `scores_as_dict`, by name."""
     return {
-        name: Scores(
-            name,
-            {metric: tuple(row[metric]) for metric in METRICS},
-            PhysicsMetrics(**row["physics"]) if "physics" in row else None,
-        )
+        name: Scores(name, {metric: tuple(row[metric]) for metric in METRICS}, PhysicsMetrics(**row["physics"]) if "physics" in row else None)
         for name, row in content.items()
     }
 

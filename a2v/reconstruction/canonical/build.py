@@ -12,7 +12,7 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
-from a2v.reconstruction.canonical.observe import View, observe, ray_normals
+from a2v.reconstruction.canonical.observe import SkinMesh, View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
@@ -82,7 +82,7 @@ def canonical_person(
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)
     bent = mesh.spread(np.linalg.det(turns))
-    seen = observe(person.surface, skin, at_rest, mesh.faces, parts, asked, near=settings.near, view=View(camera, surroundings_taken(body, subject, camera)))
+    seen = observe(person.surface, SkinMesh(skin, at_rest, mesh.faces), parts, asked, near=settings.near, view=View(camera, surroundings_taken(body, subject, camera)))
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
     offset = solve_offsets(

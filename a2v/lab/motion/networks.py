@@ -165,7 +165,7 @@ class PoseDecoder(nn.Module):
         if self.lie_output is None:
             return Pose(outputs.reshape(batch, frames, n, 3), None, None, None)
         bones = 3 * (n - 1)
-        # tanh keeps each component within half a turn; the norm is limited by it as the paper asks
+        # tanh keeps each component within half a turn, so the norm below sqrt(3) pi; the paper limits the norm itself to pi
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
         rotations = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec], -1).reshape(batch, frames, n, 3)
         every = lengths[:, None].expand(-1, frames, -1).flatten(0, 1)

@@ -76,3 +76,14 @@ def test_functions_take_few_parameters() -> None:
     ]
     assert set(found) == set(MANY_PARAMETERS)
     assert len(found) <= 8
+
+
+def test_constants_have_lines_of_their_own() -> None:
+    """``A, B = 1, 2`` has one comment for two things: each gets its own, with its unit, or they are the fields of a dataclass."""
+    pairs = [
+        f"{path.relative_to(ROOT).as_posix()}:{node.lineno}"
+        for path in SOURCES
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple) and isinstance(node.value, ast.Tuple)
+    ]
+    assert not pairs

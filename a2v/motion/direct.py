@@ -24,8 +24,10 @@ from a2v.types import Motion
 
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
-MIN_PACE, MAX_PACE = 0.05, 20.0
-"""Metres a second along a path: slower is standing, and nobody runs faster."""
+MIN_PACE = 0.05
+"""Metres a second along a path: slower is standing."""
+MAX_PACE = 20.0
+"""Metres a second along a path: nobody runs faster."""
 SLIDES_ALONG = 0.8
 """Metres a second that a standing foot may slide for each of the body's, before it is held: feet of people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4

@@ -26,8 +26,10 @@ from a2v.motion.vocabulary import Vocabulary
 from a2v.sessions import file_digest
 from a2v.types import Motion
 
-AUTO, DIRECTED = "auto", "cmu-fine"
-"""All sources (`a2v.motion.catalog.SOURCES`); and the one of them that can be directed."""
+AUTO = "auto"
+"""All sources (`a2v.motion.catalog.SOURCES`)."""
+DIRECTED = "cmu-fine"
+"""The one of them that can be directed."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,12 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
-_LOWER, _PALM, _FINGER = 0.05, 0.045, 0.014
-"""Half the width of a forearm in its sleeve, of a hand of which only the knuckles are known, and of a finger, metres."""
+_LOWER = 0.05
+"""Half the width of a forearm in its sleeve, metres."""
+_PALM = 0.045
+"""Half the width of a hand of which only the knuckles are known, metres."""
+_FINGER = 0.014
+"""Half the width of a finger, metres."""
 _REACH = 1.9
 """A hand ends so many times as far from the wrist as its knuckles."""
 _SURE = 0.5

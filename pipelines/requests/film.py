@@ -18,8 +18,10 @@ from pipelines.nodes.values import Blob
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
-FOLLOW, STILL = "follow", "still"
-"""What the cameras of the four views do."""
+FOLLOW = "follow"
+"""The cameras of the four views go with the person."""
+STILL = "still"
+"""They stand and see the whole path."""
 
 PHOTO = "photo"
 """The background that is the photo's own place, and the name of its view."""

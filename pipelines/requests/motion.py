@@ -30,8 +30,12 @@ if TYPE_CHECKING:
     from a2v.motion.prompts import Step
     from a2v.motion.vocabulary import UnknownActionError
 
-AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
-"""The default, which is all that there is (`a2v.motion.plan`); the papers' eight actions; and the model with most, which can be directed."""
+AUTO = "auto"
+"""The default, which is all that there is (`a2v.motion.plan`)."""
+FEW = "cmu"
+"""The papers' eight actions."""
+MANY = "cmu-fine"
+"""The model with most, which can be directed."""
 
 MODEL = f"what makes it: {AUTO} (all models and clips), clips, a model's name, or an .onnx file"
 """What the options that name a motion model say."""

@@ -33,7 +33,10 @@ SETTLED_SECONDS = 120.0
 """A value of the store that no call names after this time is nobody's: what a stopped computation has left of a photo goes then."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
-_TIMES, _DUE = "times.json", "forgetting"
+_TIMES = "times.json"
+"""File of how long stages take here."""
+_DUE = "forgetting"
+"""File that is there while something has still to be forgotten."""
 
 T = TypeVar("T")
 

@@ -10,8 +10,10 @@ from a2v.geometry.rays import RayScene
 from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
-BROAD, FINE = 0.025, 0.014
-"""Detail is what is finer than this, metres (sigma of a Gaussian), on stuff with a pattern, and on plain stuff, whose broader changes are light and folds."""
+BROAD = 0.025
+"""Detail is what is finer than this on stuff with a pattern, metres (sigma of a Gaussian)."""
+FINE = 0.014
+"""The same on plain stuff, whose broader changes are light and folds."""
 SPACING = 0.004
 """Metres a pixel at which patterns are compared."""
 BARE = 0.006

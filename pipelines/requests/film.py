@@ -51,7 +51,7 @@ class FilmRequest(Request):
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
-    deform: DeformSettings = settings(DeformSettings)
+    deform: DeformSettings = settings(DeformSettings, users=("method",))
 
     @property
     def in_photo(self) -> bool:

@@ -236,8 +236,8 @@ class CarryOptions:
     from_photo: bool = flag("begin in the photo's own pose and go over into the action")
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
     no_blink: bool = flag("the eyes stay open; by default the person blinks now and then", rare=True)
-    retarget: RetargetSettings = settings(RetargetSettings)
-    blink: BlinkSettings = settings(BlinkSettings)
+    retarget: RetargetSettings = settings(RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "from_photo", "life"))
+    blink: BlinkSettings = settings(BlinkSettings, users=("rate", "seed"))
 
     def parameters(self) -> Parameters:
         """`retarget` and `blink`."""

@@ -70,12 +70,8 @@ def canonical_person(
     face = face or FaceSettings()
     laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
     body = laid.turned(body)
-    posed, rest = with_teeth(body)
     turns = blended_turns(body)
-    posed, rest = laid.applied(posed, rest, turns)
-    shod = in_shoes(body, rest)
-    posed, rest = posed + np.einsum("vab,vb->va", turns, shod - rest), shod
-    posed, rest = without_anatomy(body, posed), without_anatomy(body, rest)
+    posed, rest = _shod(body, *laid.applied(*with_teeth(body), turns), turns)
     skin, at_rest = mesh.refined(posed), mesh.refined(rest)
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
@@ -83,13 +79,9 @@ def canonical_person(
     skirt = make_skirt(person.surface, body, rest) if hangs else None
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)
-    bent = mesh.spread(np.linalg.det(turns))
     seen = observe(person.surface, SkinMesh(skin, at_rest, mesh.faces), parts, asked, near=settings.near, view=View(camera, surroundings_taken(body, subject, camera)))
-    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
-    weight = seen.weight * ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
-    offset = solve_offsets(
-        at_rest, mesh.faces, dataclasses.replace(seen, weight=weight), twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing
-    )
+    seen = dataclasses.replace(seen, weight=seen.weight * _smooth_places(mesh.spread(np.linalg.det(turns)), mesh.faces, at_rest, parts))
+    offset = solve_offsets(at_rest, mesh.faces, seen, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing = Standing(
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
@@ -103,6 +95,19 @@ def canonical_person(
         face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
+
+
+def _smooth_places(bent: FloatArray, faces: IntArray, rest: FloatArray, parts: IntArray) -> FloatArray:
+    """What displacements of vertices (V,) count for: none under soles, less in the creases of joints that are `bent` (V,)."""
+    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(rest, faces)[:, 1] < _DOWN)
+    return ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
+
+
+def _shod(body: Body, posed: FloatArray, rest: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vertices in the body's pose and at rest, in shoes and decent; `turns` (V, 3, 3) lead from rest to the pose."""
+    shod = in_shoes(body, rest)
+    posed = posed + np.einsum("vab,vb->va", turns, shod - rest)
+    return without_anatomy(body, posed), without_anatomy(body, shod)
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

@@ -66,8 +66,7 @@ def canonical_person(
     Reconstruction
         Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
     """
-    mesh = topology()
-    face = face or FaceSettings()
+    mesh, face = topology(), face or FaceSettings()
     laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
     body = laid.turned(body)
     turns = blended_turns(body)

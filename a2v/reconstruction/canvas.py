@@ -10,7 +10,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.body.places import canonical_places
 from a2v.geometry.rays import ray_scene
 from a2v.reconstruction.atlas import Atlas
-from a2v.reconstruction.limbs_seen import arms_by_landmarks
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, BodyMap, BoolArray, ByteArray, Camera, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
@@ -57,6 +57,8 @@ class Canvas:
     atlas : Atlas
     agreement : (P, H / step, W / step) uint8
         For each part how far, 0 to 255, the photo's pixels are its own.
+    bare_hands : bool
+        Whether the hands are of the face's skin.
     """
 
     rest: FloatArray
@@ -64,6 +66,7 @@ class Canvas:
     twin: IntArray
     atlas: Atlas
     agreement: ByteArray
+    bare_hands: bool = False
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
         """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
@@ -92,6 +95,8 @@ class Clues:
         Pixels that the mask has for the person where the photo shows what is around (`surroundings_taken`).
     arms : (P, h, w) bool, better : (P,) bool
         Arms by the landmarks, and for which parts those tell more than the fit (`a2v.reconstruction.limbs_seen.arms_by_landmarks`).
+    skin : (h, w) bool, optional
+        Pixels that look like skin, of which hands are; None where nobody knows (`a2v.reconstruction.limbs_seen.bare_hands`).
     loose : (V,) bool
         Vertices of cloth that is no skin's: where the surface shows them, the body map is not asked.
     """
@@ -99,6 +104,7 @@ class Clues:
     taken: BoolArray
     arms: BoolArray
     better: BoolArray
+    skin: BoolArray | None
     loose: BoolArray
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
@@ -106,13 +112,16 @@ class Clues:
         result = self.taken | self.arms[self.better & apart[part]].any(axis=0)
         if self.better[part]:
             result = result | ~self.arms[part]
+        if self.skin is not None and PARTS[part].endswith("hand"):
+            result = result | ~self.skin
         return np.asarray(result)
 
 
 def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
     """What a photo and its fitted body tell."""
     height, width = (side // STEP for side in subject.mask.shape)
-    return Clues(surroundings_taken(body, subject, camera), *arms_by_landmarks(subject, body, camera, (height, width), STEP), loose)
+    arms, better = arms_by_landmarks(subject, body, camera, (height, width), STEP)
+    return Clues(surroundings_taken(body, subject, camera), arms, better, bare_hands(subject, arms, STEP), loose)
 
 
 def surroundings_taken(body: Body, subject: Subject, camera: Camera) -> BoolArray:

@@ -175,6 +175,10 @@ def color_surface(
     near = _nearest_vertices(apart, settings.neighbors)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
+        hidden = on_parts(canvas.parts, *HANDS) & ~known
+        cheeks = seen_face(subject, camera.project(vertices), colors, known=known, head=_head(spots))[1]
+        if canvas.bare_hands and cheeks is not None and hidden.any():
+            expected[hidden] = _skin_of(colors[on_parts(canvas.parts, *HANDS) & known], cheeks)
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
@@ -307,6 +311,11 @@ def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: Bool
         lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
         result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
     return result
+
+
+def _skin_of(hands: FloatArray, cheeks: FloatArray) -> FloatArray:
+    """Colour (3,) of a hand that is not seen: of what is seen of hands (n, 3), else of the cheeks."""
+    return np.asarray(np.median(hands, axis=0) if len(hands) >= 4 * _TONED else cheeks)
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:

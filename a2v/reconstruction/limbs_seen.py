@@ -23,6 +23,12 @@ _OFF = 0.06
 """The fit of an arm is off where elbow or wrist are so far from their landmarks, metres."""
 _BEHIND = -0.12
 """A wrist so far behind its shoulder, metres, may be hidden by the trunk."""
+_CHEEKS = (50, 101, 118, 123, 117, 280, 330, 347, 352, 346)
+"""Mediapipe's landmarks of cheeks."""
+_HUE = np.array([0.35, 1.0, 1.0])
+"""What lightness, a and b count for: hands lie in other light than the face."""
+_LIKE, _GLOVE = 15.0, 0.25
+"""Colours so near to the cheeks', CIELAB units, are skin; hands of which a smaller share is like it wear gloves."""
 _FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
 
 
@@ -62,6 +68,31 @@ def arms_by_landmarks(subject: Subject, body: Body, camera: Camera, shape: tuple
             found[hand] = _strokes([own[list(finger)] for finger in _FINGERS], _FINGER * scale, shape)
             better[hand] = True
     return found, better
+
+
+def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None:
+    """Which pixels (h, w), every `step`-th, look like the skin of the face, where hands are bare; None where the face is not seen or the hands wear gloves.
+
+    Parameters
+    ----------
+    arms : (P, h, w) bool
+        Of `arms_by_landmarks`.
+    """
+    import cv2
+    from skimage.color import rgb2lab
+
+    if subject.face is None:
+        return None
+    size = arms.shape[:0:-1]
+    lab = np.asarray(rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64)
+    column, row = (subject.face[list(_CHEEKS), :2] / step).astype(np.int64).T
+    skin = np.median(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)], axis=0)
+    like = np.linalg.norm((lab - skin) * _HUE, axis=-1) < _LIKE
+    for number, side in enumerate(("left", "right")):
+        own = arms[PARTS.index(f"{side}_hand")]
+        if subject.hands is not None and subject.hands[number, 0, 3] > 0 and own.any() and like[own].mean() < _GLOVE:
+            return None
+    return np.asarray(like)
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:

@@ -16,7 +16,9 @@ from a2v.motion.catalog import SOURCES, catalog
 from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.plan import AUTO, plan_motion
 from a2v.motion.prompts import Match, Step
+from a2v.rendering.looks import LOOKS
 from a2v.types import VIEWS
+from pipelines.requests.film import FOLLOW, STILL
 from pipelines.requests.motion import length_of
 from pipelines.requests.video import VideoRequest
 
@@ -26,8 +28,15 @@ SAMPLES = (1, 64)
 SECONDS = (0.1, 60.0)
 RATES = (5.0, 60.0)
 MAX_ACTION = 300
+ASPECTS = ("1:1", "9:16", "16:9", "4:5")
+"""Shapes of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
 """What the page offers: all that there is, and each source alone."""
+FIRST = (
+    "Walk", "Salsa", "Wave", "Run", "Jump", "Kick", "Bow", "Sit", "Dance", "Disco dance", "Clap", "Idle", "Talk", "Jab", "Backflip", "Victory",
+    "Sneak", "Zombie walk", "Jumping jacks", "Ballet", "Point", "Cheer", "Laugh", "YMCA",
+)  # fmt: skip
+"""Actions that the gallery shows before the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +51,12 @@ class Wish:
         Length of the motion.
     fps : float
         Frames a second of the video.
-    background : "stage", "transparent" or "#rrggbb"
+    background : "stage", "transparent", "photo" or "#rrggbb"
+    look : str
+        One of `LOOKS`.
+    aspect : str
+        One of `ASPECTS`.
+    camera : "follow" or "still"
     """
 
     action: str
@@ -54,6 +68,9 @@ class Wish:
     size: int = 384
     spp: int = 8
     background: str = "stage"
+    look: str = LOOKS[0]
+    aspect: str = ASPECTS[0]
+    camera: str = FOLLOW
 
     def __post_init__(self) -> None:
         if not isinstance(self.action, str) or not self.action.strip() or len(self.action) > MAX_ACTION:
@@ -69,8 +86,11 @@ class Wish:
             raise InputError(f"size is {self.size}; expected an even number of pixels")
         if not self.views or len(set(self.views)) != len(self.views) or not set(self.views) <= set(ALL_VIEWS):
             raise InputError(f"views are {brief(self.views)}; choose some of {', '.join(ALL_VIEWS)}, each once")
-        if not isinstance(self.background, str) or not re.fullmatch(r"stage|transparent|#[0-9a-f]{6}", self.background):
-            raise InputError(f"background is {brief(self.background)}; expected stage, transparent or a colour such as #30506f")
+        if not isinstance(self.background, str) or not re.fullmatch(r"stage|transparent|photo|#[0-9a-f]{6}", self.background):
+            raise InputError(f"background is {brief(self.background)}; expected stage, transparent, photo or a colour such as #30506f")
+        for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
+            if getattr(self, name) not in known:
+                raise InputError(f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}")
 
     @classmethod
     def of(cls, said: object) -> Wish:
@@ -135,8 +155,13 @@ def understood(model: str, text: str) -> tuple[list[Step], list[Match]]:
     return list(plan.steps), list(plan.matches)
 
 
+def _turn(name: str) -> int:
+    """Place of an action in the gallery: first what people ask for first."""
+    return FIRST.index(name) if name in FIRST else len(FIRST)
+
+
 def choices() -> dict[str, Any]:
     """What the page offers: models with their actions, views, and the limits of numbers."""
-    models = [{"name": name, "actions": list(actions_of(name))} for name in MODELS]
+    models = [{"name": name, "actions": sorted(actions_of(name), key=_turn)} for name in MODELS]
     limits = {"size": SIZES, "spp": SAMPLES, "seconds": SECONDS, "fps": RATES, "action": MAX_ACTION}
     return {"models": models, "views": ALL_VIEWS, "limits": limits}

@@ -17,7 +17,7 @@ from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
-from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, without_anatomy
+from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
 from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
 from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
@@ -74,7 +74,7 @@ def canonical_person(
     skin, at_rest = mesh.refined(posed), mesh.refined(rest)
     weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
-    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest)
+    asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, rest) if hangs else None
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)

@@ -20,10 +20,11 @@ def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *,
     parts = np.asarray(surface.standing.parts, np.int64)
     own = len(topology().twin)
     hanging = len(parts) - own
-    agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues_of(subject, body, camera, np.arange(len(parts)) >= own))
+    clues = clues_of(subject, body, camera, np.arange(len(parts)) >= own)
+    agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues)
     return Canvas(
         rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
-        atlas=layout(size, hanging), agreement=agreement,
+        atlas=layout(size, hanging), agreement=agreement, bare_hands=clues.skin is not None,
     )  # fmt: skip
 
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from a2v.body.face import SKIN
 from a2v.body.parts import PARTS, on_parts
-from a2v.geometry.mesh import evened
+from a2v.geometry.mesh import evened, laplacian
 from a2v.geometry.steps import smoothstep
-from a2v.types import Body, FloatArray, IntArray
+from a2v.geometry.vectors import unit
+from a2v.types import Body, BoolArray, FloatArray, IntArray
 
 COVERED = tuple(name for name in PARTS if name.endswith(("torso", "thigh", "shin", "arm")))
 _SMOOTHED = 8
@@ -21,6 +22,12 @@ _ARCH = 0.03
 """... above this nothing moves down."""
 _LEATHER = 0.004
 """Thickness of a shoe around the toes, metres."""
+_BOX = 0.012
+"""A shoe is so much higher than toes, metres."""
+_STUB = 120.0
+"""Stiffness by which toes shrink to a stub, in squares of edges."""
+_SPREAD = 120
+"""Rounds that spread the vertices over a shoe's tip."""
 
 
 def without_anatomy(body: Body, vertices: FloatArray) -> FloatArray:
@@ -43,10 +50,21 @@ def in_shoes(body: Body, rest: FloatArray) -> FloatArray:
         own = own[own < SKIN.stop]
         ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), :3, 3].astype(np.float64)
         ahead = rest[own, 2] - ankle[2]
-        share = smoothstep(ahead, *_BALL)[:, None]
-        result[own] += share * (_closed_toes(rest[own[ahead > _BALL[0]]], rest[own]) - rest[own])
+        number = np.full(len(rest), -1)
+        number[own] = np.arange(len(own))
+        within = number[faces[(number[faces] >= 0).all(axis=1)]]
+        result[own] = _closed_toes(within, rest[own], smoothstep(ahead, *_BALL))
     result[: SKIN.stop] = _evened_feet(body, faces, result[: SKIN.stop])
     return flat_soles(result, np.concatenate([body.parts, np.full(len(rest) - len(body.parts), -1)]))
+
+
+def in_tips(body: Body, vertices: FloatArray, parts: IntArray) -> BoolArray:
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie where toes are one: a shoe's tip, which has its shape already."""
+    result = np.zeros(len(vertices), bool)
+    for side, letter in (("left", ".L"), ("right", ".R")):
+        ankle = body.rest_transforms[body.bone_names.index(f"foot{letter}"), 2, 3]
+        result |= on_parts(parts, f"{side}_foot") & (vertices[:, 2] - ankle > _BALL[1])
+    return result
 
 
 def flat_soles(vertices: FloatArray, parts: IntArray) -> FloatArray:
@@ -60,29 +78,39 @@ def flat_soles(vertices: FloatArray, parts: IntArray) -> FloatArray:
     return result
 
 
-def _closed_toes(toes: FloatArray, points: FloatArray) -> FloatArray:
-    """The points (n, 3) moved to the convex hull around the toes (m, 3), and a shoe's thickness beyond."""
+def _closed_toes(faces: IntArray, rest: FloatArray, share: FloatArray) -> FloatArray:
+    """Vertices (n, 3) of a foot whose toes, where `share` (n,) is above 0, lie on the convex hull around them, and a shoe's thickness beyond.
+
+    Toes shrink to a stub first, which a ray from the middle meets once; on the hull the vertices are then spread evenly.
+    """
+    from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse.linalg import spsolve
     from scipy.spatial import ConvexHull
 
-    from a2v.geometry.rays import RayScene
-
-    hull = ConvexHull(toes)
-    faces = hull.simplices.astype(np.int64)
-    corners = toes[faces]
-    outwards = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3]).sum(axis=1) > 0
-    faces = np.where(outwards[:, None], faces, faces[:, ::-1])
-    found = RayScene(toes, faces).closest(points)
-    u, v = found.barycentric[:, :1], found.barycentric[:, 1:]
-    corner = toes[faces][found.face]
-    met: FloatArray = (1 - u - v) * corner[:, 0] + u * corner[:, 1] + v * corner[:, 2]
-    return np.asarray(met + _LEATHER * hull.equations[found.face, :3])
+    ahead = share > 0
+    hull = ConvexHull(np.concatenate([rest[ahead], rest[share > 0.99] + [0.0, _BOX, 0.0]]))
+    corners = rest[ahead]
+    middle = np.array([*corners[:, :2].mean(axis=0), corners[:, 2].min()])
+    lengths = -(hull.equations[:, :3] @ middle + hull.equations[:, 3])
+    one, two = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
+    edges = coo_matrix((np.full(2 * len(one), 0.5), (np.concatenate([one, two]), np.concatenate([two, one]))), shape=(len(rest), len(rest)))
+    system = identity(len(rest)) + diags(_STUB * share**2) @ laplacian(edges)
+    points = np.asarray(spsolve(system.tocsc(), rest))
+    for _ in range(_SPREAD):
+        way = unit(points - middle, least=1e-9)
+        along = way @ hull.equations[:, :3].T
+        reach = np.where(along > 1e-6, lengths / np.maximum(along, 1e-6), np.inf).min(axis=1)
+        on_hull = middle + (reach[:, None] + _LEATHER) * way
+        placed = np.where(ahead[:, None], on_hull, rest)
+        points = np.where(ahead[:, None], evened(faces, placed), rest)
+    return np.asarray(rest + share[:, None] * (placed - rest))
 
 
 def _evened_feet(body: Body, faces: IntArray, skin: FloatArray) -> FloatArray:
-    """The skin (13348, 3) with its feet smoothed before the ankle."""
+    """The skin (13348, 3) with its feet smoothed before the ankle, up to where toes are one."""
     own = faces[faces.max(axis=1) < len(skin)]
     share = on_parts(body.parts[: len(skin)], "left_foot", "right_foot").astype(np.float64)
     for name in (".L", ".R"):
         ankle = body.rest_transforms[body.bone_names.index(f"foot{name}"), 2, 3]
-        share = share * smoothstep(skin[:, 2] - ankle, 0.0, _BALL[1])
+        share = share * smoothstep(skin[:, 2] - ankle, 0.0, _BALL[1]) * (1 - smoothstep(skin[:, 2] - ankle, _BALL[1], 1.5 * _BALL[1]))
     return np.asarray(skin + share[:, None] * (evened(own, skin, 6) - skin))

@@ -3,7 +3,7 @@ import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const STATUS = { waiting: "waiting", running: "being made", done: "done", failed: "failed", cancelled: "cancelled" };
 const ABOUT = {
-  "video.mp4": "all views side by side", "character.glb": "the character, textured, rigged and animated: for Blender, Unity, Unreal and browsers",
+  "video.mp4": "all views side by side", "photo.mp4": "in the photo's own place", "character.glb": "the character, textured, rigged and animated: for Blender, Unity, Unreal and browsers",
   "motion.bvh": "the motion of its rig, for other characters: Blender, MotionBuilder, Maya", "motion.npz": "the generated joints, for Python",
   "preview.html": "character and video on one page, to send on; opens with a double click", "report.json": "settings, seeds, times and versions: to make it again",
 };
@@ -34,7 +34,7 @@ export class JobCard {
     badge.textContent = job.status === "waiting" && job.place > 1 ? `waiting, number ${job.place}` : STATUS[job.status];
     badge.className = `badge ${job.status}`;
     say(this.find(".problem"), job.problem);
-    this.find(".running").hidden = job.status !== "running";
+    this.find(".making").hidden = job.status !== "running";
     if (job.status === "running") this.showProgress(job.progress);
     else this.clearStages();
     if (job.status === "done" && this.find(".result").hidden) this.showResult();
@@ -143,7 +143,7 @@ export class JobCard {
   video() {
     const film = make("video", { controls: true, loop: true, muted: true, autoplay: true, playsInline: true });
     film.setAttribute("aria-label", `video of ${this.job.wish.action}`);
-    const names = ["video", ...this.job.wish.views].filter(name => this.job.files[`${name}.mp4`]);
+    const names = ["video", "photo", ...this.job.wish.views].filter(name => this.job.files[`${name}.mp4`]);
     const row = make("div", { className: "views-row" });
     row.setAttribute("role", "group");
     row.setAttribute("aria-label", "view");

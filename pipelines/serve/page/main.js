@@ -151,7 +151,7 @@ function showActions() {
   if (!now) return;
   const wanted = byId("filter").value.trim().toLowerCase();
   const names = now.actions.filter(name => name.toLowerCase().includes(wanted));
-  byId("count").textContent = `${now.actions.length} actions of ${now.name}`;
+  byId("count").textContent = `${now.actions.length} actions${now.name === choices.models[0].name ? "" : ` of ${now.name}`}`;
   gallery.show(now.name, names);
 }
 const gallery = new Gallery(byId("actions"), name => {
@@ -217,6 +217,7 @@ byId("maker").onsubmit = async event => {
   const wish = {
     action: action.value.trim(), model: model.value, seconds: number("seconds"), fps: number("fps"), seed: number("seed"),
     views, size: number("size"), spp: number("spp"), background: background === "color" ? byId("color").value : background,
+    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value,
   };
   byId("make").disabled = true;
   try {

@@ -187,6 +187,8 @@ def test_from_a_photo_to_the_files(visit: Callable[..., Page], server: Server) -
     job = order(page, "walking")
     card = page.locator(f"#job-{job}")
     expect(card.locator(".badge")).to_have_text("being made")
+    expect(card.locator("progress")).to_be_visible()
+    expect(card.locator(".now img, .now iframe").first).to_be_visible(timeout=LONG)
     expect(card.locator(".left")).to_have_text(re.compile(r"about \d+ (s|min|\.\d h) left"), timeout=LONG)
     expect(card.locator(".badge")).to_have_text("done", timeout=LONG)
 

@@ -25,7 +25,7 @@ from pipelines.engine.progress import Update
 from pipelines.serve.clock import Clock
 from pipelines.serve.records import Library
 from pipelines.serve.stages import STAGES
-from pipelines.serve.wishes import MODELS, Wish, actions_of
+from pipelines.serve.wishes import FIRST, MODELS, Wish, actions_of
 from tests.support.page import ROOT, Server, arrived
 from tests.support.uploads import hostile_uploads, picture
 
@@ -176,6 +176,7 @@ def test_a_name_is_words_to_show_and_never_a_path(server: Server) -> None:
 HOSTILE_WISHES = [
     None, [], "Walk", {}, {"action": ""}, {"action": 5}, {"action": "x" * 301}, {"action": "Walk", "model": "../../x.onnx"},
     {"action": "Walk", "model": "/etc/passwd"}, {"action": "Walk", "background": "/etc/passwd"}, {"action": "Walk", "background": "red; x"},
+    {"action": "Walk", "look": "/etc/passwd"}, {"action": "Walk", "aspect": "3:1"}, {"action": "Walk", "camera": "c.yaml"},
     {"action": "Walk", "background": None}, {"action": "Walk", "views": []}, {"action": "Walk", "views": ["front", "front"]},
     {"action": "Walk", "views": ["../x"]}, {"action": "Walk", "views": "front"}, {"action": "Walk", "views": [[]]}, {"action": "Walk", "size": 10**9},
     {"action": "Walk", "size": 65}, {"action": "Walk", "size": 256.5}, {"action": "Walk", "size": True}, {"action": "Walk", "spp": 0},
@@ -356,3 +357,10 @@ def test_the_clock_knows_more_as_frames_come(monkeypatch: pytest.MonkeyPatch) ->
     assert said["left"] == pytest.approx(9 + 2.4, abs=1)  # three frames at three seconds, and what comes after
     assert 0.5 < float(str(said["share"])) < 0.75
     assert clock.take(Update("frame", 10, 10))["share"] > said["share"]  # type: ignore[operator]
+
+
+def test_the_gallery_begins_with_what_people_ask_for_first(server: Server) -> None:
+    _, _, body = server.ask("api/choices")
+    everything = json.loads(body)["models"][0]["actions"]
+    assert everything[: len(FIRST)] == list(FIRST)  # each of them can be asked for
+    assert sorted(everything) == sorted(actions_of(MODELS[0]))

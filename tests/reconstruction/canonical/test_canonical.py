@@ -11,6 +11,7 @@ from a2v.animation import deform, standing_character
 from a2v.body.parts import PARTS, on_parts
 from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
+from a2v.geometry.rays import RayScene
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
 from a2v.reconstruction.canonical.coloring import layout
@@ -19,7 +20,9 @@ from a2v.reconstruction.canonical.observe import Observed
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
+from a2v.reconstruction.canonical.wear import in_tips
 from a2v.reconstruction.canvas import _Palettes, strangers
+from a2v.reconstruction.limbs_seen import arms_by_landmarks, bare_hands
 from a2v.reconstruction.surroundings import like_surroundings
 from a2v.types import Body, Reconstruction
 from tests.support.faces import CAMERA, photographed
@@ -120,6 +123,57 @@ def test_soles_are_flat_and_toes_are_closed(person: Reconstruction) -> None:
     areas = vertex_areas(standing.vertices.astype(np.float64), mesh.faces)
     assert np.ptp(standing.vertices[sole, 1]) < 0.012
     assert areas[sole].sum() > 0.15 * areas[foot].sum()
+
+
+def test_a_shoes_tip_is_one(person: Reconstruction, body: Body) -> None:
+    """From above nothing shines through between toes."""
+    from scipy.spatial import Delaunay
+
+    standing, mesh = person.surface.standing, topology()
+    assert standing is not None
+    vertices = standing.vertices.astype(np.float64)
+    tip = in_tips(body, vertices, standing.parts) & (vertices[:, 0] > 0)
+    flat = vertices[tip][:, [0, 2]]
+    grid = np.stack(np.meshgrid(*(np.arange(low, high, 0.002) for low, high in zip(flat.min(axis=0), flat.max(axis=0), strict=True))), axis=-1).reshape(-1, 2)
+    grid = grid[Delaunay(flat).find_simplex(grid) >= 0]
+    above = np.stack([grid[:, 0], np.full(len(grid), 0.2) + vertices[tip, 1].min(), grid[:, 1]], axis=1)
+    own = mesh.faces[tip[mesh.faces].any(axis=1)]
+    hits = RayScene(standing.vertices, own).cast(above.astype(np.float32), np.tile(np.float32([0, -1, 0]), (len(above), 1)))
+    assert hits.hit.mean() > 0.97
+
+
+def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None:
+    image = np.full((400, 400, 3), 40, np.uint8)
+    face = np.zeros((478, 3), np.float32)
+    face[:, :2] = (200, 60)
+    image[20:100, 150:250] = (210, 160, 130)
+    arms = np.zeros((len(PARTS), 200, 200), bool)
+    arms[PARTS.index("left_hand"), 120:140, 50:70] = True
+    hands = np.zeros((2, 21, 4), np.float32)
+    hands[0, :, 3] = 1
+    bare = bare_hands(dataclasses.replace(blank_subject(400, face=face), image=image), arms, 2)
+    assert bare is not None
+    assert bare[20:40, 90:110].all()
+    assert not bare[150:].any()
+    assert bare_hands(dataclasses.replace(blank_subject(400, face=face, hands=hands), image=image), arms, 2) is None
+    assert bare_hands(dataclasses.replace(blank_subject(400), image=image), arms, 2) is None
+
+
+def test_an_arm_that_is_fitted_wrongly_is_where_its_landmarks_are(body: Body) -> None:
+    subject = blank_subject(2048)
+    joints = [body.bone_transforms[body.bone_names.index(f"{bone}.L"), :3, 3] for bone in ("upperarm01", "lowerarm01", "wrist")]
+    keypoints = np.array(subject.keypoints)
+    keypoints[[11, 13, 15], :2] = CAMERA.project(np.stack(joints))
+    keypoints[[17, 19], :2] = keypoints[15, :2] + [0, 40]
+    keypoints[:, 2] = 1
+    lower = PARTS.index("left_lower_arm")
+    at_body = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    assert not at_body[1][lower]
+    keypoints[15, :2] = CAMERA.project(joints[0]) + np.array([-300, 300])
+    crossed, better = arms_by_landmarks(dataclasses.replace(subject, keypoints=keypoints), body, CAMERA, (1024, 1024), 2)
+    assert better[lower]
+    column, row = (keypoints[15, :2] / 2).astype(int)
+    assert crossed[lower, row, column]
 
 
 def test_unknown_displacements_are_the_twins() -> None:

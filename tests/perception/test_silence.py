@@ -28,10 +28,15 @@ def test_remarks_are_kept_off_stderr_and_errors_are_not(capfd: pytest.CaptureFix
     assert capfd.readouterr().err == "after\n"
 
 
-def test_what_was_said_before_an_exception_is_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(ValueError, match="odd"), silenced():
+def fail_aloud() -> None:
+    with silenced():
         os.write(2, ERRORS[0].encode())
         raise ValueError("odd")
+
+
+def test_what_was_said_before_an_exception_is_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match="odd"):
+        fail_aloud()
     assert capfd.readouterr().err == ERRORS[0]
 
 

@@ -15,7 +15,7 @@ from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
+from a2v.reconstruction.backs.labels import HANDS
 from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
@@ -23,18 +23,11 @@ from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_col
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
+from a2v.reconstruction.tones import TONED, even_tones, without_hues, without_strangers
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
 """Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
-STRAND = 0.05
-"""Largest detail of hair that is continued, sRGB."""
-_TONED = 15
-"""At least so many vertices tell the tone of skin or hair."""
-_AROUND = 150
-"""So many vertices that are seen say what a hidden one looks like."""
-TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +186,7 @@ def color_surface(
     solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
+        base = even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
@@ -295,54 +288,14 @@ def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArr
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
-    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another."""
-    from skimage.color import lab2rgb, rgb2lab
-
-    result, skin = base.copy(), None
-    for own in ((labels == SKIN) & bare, labels == HAIR):
-        if (own & known).sum() < _TONED or not (own & ~known).any():
-            continue
-        seen = rgb2lab(np.clip(base[own & known], 0, 1))
-        if skin is not None:  # at its border hair is mixed with skin
-            away = np.linalg.norm(seen - skin, axis=1)
-            seen = seen[away >= np.median(away)]
-        tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
-        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
-    return result
-
-
 def _skin_of(hands: FloatArray, cheeks: FloatArray) -> FloatArray:
     """Colour (3,) of a hand that is not seen: of what is seen of hands (n, 3), else of the cheeks."""
-    return np.asarray(np.median(hands, axis=0) if len(hands) >= 4 * _TONED else cheeks)
-
-
-def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
-    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
-    hair = labels == HAIR
-    detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
-    return detail
+    return np.asarray(np.median(hands, axis=0) if len(hands) >= 4 * TONED else cheeks)
 
 
 def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:
     """The layout of the texture."""
     return make_atlas(vertices, faces, size=size, density=1.5 * camera.scale) if canvas is None else canvas.atlas
-
-
-def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray) -> FloatArray:
-    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides it."""
-    from scipy.spatial import cKDTree
-
-    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
-    result = expected.copy()
-    for names in LIMB_PARTS:
-        own = on_parts(canvas.parts, *names)
-        shown = np.flatnonzero(own & known)
-        if (own & lost).any() and len(shown) >= 20:
-            beside = cKDTree(canvas.rest[shown]).query(canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1)[1]
-            result[own & lost] = np.median(colors[shown[beside]], axis=1)
-    return result
 
 
 def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
@@ -390,7 +343,7 @@ def _bake(
         if continued is not None:
             detail = continued.at(point, corner, weight[..., 0])
             if photo.canvas is not None:
-                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
+                detail = without_hues(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
             smooth = smooth + detail
         mixed = trust * sharp + (1 - trust) * smooth
         texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)

@@ -27,8 +27,10 @@ _CHEEKS = (50, 101, 118, 123, 117, 280, 330, 347, 352, 346)
 """Mediapipe's landmarks of cheeks."""
 _HUE = np.array([0.35, 1.0, 1.0])
 """What lightness, a and b count for: hands lie in other light than the face."""
-_LIKE, _GLOVE = 15.0, 0.25
-"""Colours so near to the cheeks', CIELAB units, are skin; hands of which a smaller share is like it wear gloves."""
+_LIKE = 15.0
+"""Colours so near to the cheeks', CIELAB units, are skin."""
+_GLOVE = 0.25
+"""Hands of which a smaller share is like it wear gloves."""
 _FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
 
 

@@ -12,17 +12,6 @@ from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.canvas import Canvas
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
-RIM = (0.015, 0.035)
-"""Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
-STRAND = 0.05
-"""Largest detail of hair that is continued, sRGB."""
-_TONED = 15
-"""At least so many vertices tell the tone of skin or hair."""
-_AROUND = 150
-"""So many vertices that are seen say what a hidden one looks like."""
-TONE = np.array([0.6, 0.75, 0.75])
-"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
-
 
 def clean_colors(subject: Subject) -> FloatArray:
     """The person's own colours (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no background bleeds in.

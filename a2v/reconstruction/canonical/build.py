@@ -11,7 +11,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canonical.face import NO_FACE, face_on, lay_face
+from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.observe import SkinMesh, View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.shape import solve_offsets
@@ -70,9 +70,8 @@ def canonical_person(
     laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
     body = laid.turned(body)
     turns = blended_turns(body)
-    posed, rest = _shod(body, *laid.applied(*with_teeth(body), turns), turns)
+    posed, rest = _under_clothes(body, laid, turns)
     skin, at_rest = mesh.refined(posed), mesh.refined(rest)
-    weights, bones = four_weights(mesh, body)
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, rest) if hangs else None
@@ -82,11 +81,7 @@ def canonical_person(
     seen = dataclasses.replace(seen, weight=seen.weight * _smooth_places(mesh.spread(np.linalg.det(turns)), mesh.faces, at_rest, parts))
     offset = solve_offsets(at_rest, mesh.faces, seen, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
-    standing = Standing(
-        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
-        anchors=mesh.nearest.astype(np.int32), parts=parts.astype(np.int8),
-    )  # fmt: skip
-    faces = mesh.faces
+    standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
@@ -102,8 +97,18 @@ def _smooth_places(bent: FloatArray, faces: IntArray, rest: FloatArray, parts: I
     return ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
 
 
-def _shod(body: Body, posed: FloatArray, rest: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Vertices in the body's pose and at rest, in shoes and decent; `turns` (V, 3, 3) lead from rest to the pose."""
+def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
+    """The mesh at rest (V, 3) with its binding."""
+    weights, bones = four_weights(mesh, body)
+    return Standing(
+        vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
+        anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
+    )  # fmt: skip
+
+
+def _under_clothes(body: Body, laid: Laid, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Anny's vertices and teeth (13854, 3), posed and at rest, with the photo's face, in shoes and without anatomy; `turns` (13854, 3, 3) are `blended_turns`."""
+    posed, rest = laid.applied(*with_teeth(body), turns)
     shod = in_shoes(body, rest)
     posed = posed + np.einsum("vab,vb->va", turns, shod - rest)
     return without_anatomy(body, posed), without_anatomy(body, shod)

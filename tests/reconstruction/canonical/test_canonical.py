@@ -139,7 +139,7 @@ def test_a_shoes_tip_is_one(person: Reconstruction, body: Body) -> None:
     above = np.stack([grid[:, 0], np.full(len(grid), 0.2) + vertices[tip, 1].min(), grid[:, 1]], axis=1)
     own = mesh.faces[tip[mesh.faces].any(axis=1)]
     hits = RayScene(standing.vertices, own).cast(above.astype(np.float32), np.tile(np.float32([0, -1, 0]), (len(above), 1)))
-    assert hits.hit.mean() > 0.97
+    assert hits.hit.mean() > 0.995  # .98 between toes
 
 
 def test_hands_of_which_nothing_is_seen_are_bare_and_gloves_are_gloves() -> None:

@@ -23,6 +23,7 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(reconstruction.colored_surface, "colored_surface"),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),
+        Step(animation.props, "props"),
         Step(animation.pose, "pose", "... -> pose[t]"),
         Step(animation.vertices, "vertices", "pose[t] -> vertices[t]"),
         Step(rendering.frame_settings, "frame_settings"),

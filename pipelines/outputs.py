@@ -11,6 +11,7 @@ import numpy as np
 
 from a2v.io import atomic_path, read_npz
 from a2v.motion.edit import Edit, put_in_place
+from a2v.props import Props
 from a2v.types import Character, Motion
 from pipelines.engine.run import Outcome
 from pipelines.engine.store import Ref
@@ -37,8 +38,9 @@ def write_results(outcome: Outcome, folder: Path, views: Sequence[str], rig: Rig
         written += [write_blob(outcome, outcome.values[name], folder / _NAMES[name]) for name in ("glb", "bvh")]
     else:
         written += write_rigged(
-            folder, outcome.get("engine_character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion"
-        )
+            folder, outcome.get("engine_character", Character), outcome.get("poses", Poses), rig, name=motion.action or "motion",
+            props=outcome.get("props", Props),
+        )  # fmt: skip
     motion.save(folder / "motion.npz")
     write_page(folder / "preview.html", folder / "character.glb", folder / "video.mp4", title=motion.action or "motion")
     return [*written, folder / "motion.npz", folder / "preview.html"]

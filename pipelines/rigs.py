@@ -14,6 +14,7 @@ from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
+from a2v.props import Props
 from a2v.types import Character, FloatArray, Motion
 from pipelines.nodes.values import Poses
 from pipelines.options import flag, option
@@ -44,12 +45,14 @@ class RigOptions:
         return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion)
 
 
-def write_rigged(folder: Path, character: Character, poses: Poses, options: RigOptions, *, name: str) -> list[Path]:
+def write_rigged(
+    folder: Path, character: Character, poses: Poses, options: RigOptions, *, name: str, props: Props | None = None
+) -> list[Path]:
     """Write ``character.glb`` and ``motion.bvh`` of a character's clip on the rig that `options` ask for."""
     clip = (poses.bone_transforms, poses.fps)
     person, clips = options.prepare(character, {name: clip})
     paths = [folder / "character.glb", folder / "motion.bvh"]
-    write_glb(paths[0], person, clips, expressions={name: poses.expressions})
+    write_glb(paths[0], person, clips, expressions={name: poses.expressions}, props=props)
     write_rig_bvh(paths[1], person.body, *clips[name])
     return paths
 

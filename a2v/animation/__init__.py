@@ -8,6 +8,7 @@ from a2v.animation.contacts import ContactSettings
 from a2v.animation.deform import control_points, deform
 from a2v.animation.engine import EngineSettings, engine_ready
 from a2v.animation.expressions import BlinkSettings, blinking, blinks, express
+from a2v.animation.footing import FootingSettings
 from a2v.animation.life import LifeSettings
 from a2v.animation.retarget import RetargetSettings, retarget
 from a2v.animation.rig import rig_motion
@@ -23,6 +24,7 @@ __all__ = [
     "ContactSettings",
     "DeformSettings",
     "EngineSettings",
+    "FootingSettings",
     "LifeSettings",
     "RetargetSettings",
     "RigChange",

@@ -36,10 +36,14 @@ class FootPlan:
     height: FloatArray
 
 
-def plan_foot(transforms: FloatArray, rig: Rig, side: str, fps: float, settings: ContactSettings) -> FootPlan:
-    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) that stand on the ground y = 0."""
+def plan_foot(
+    transforms: FloatArray, rig: Rig, side: str, fps: float, settings: ContactSettings, under: FloatArray | float = 0.0
+) -> FootPlan:
+    """Plan one foot (`side`: "left" or "right") of bone transforms (T, B, 4, 4) that stand `under` (T,) over the ground y = 0."""
     frames, foot = len(transforms), rig.bones[f"{side}_ankle"]
-    rotmats, ankle = transforms[:, foot, :3, :3], transforms[:, foot, :3, 3]
+    up = np.zeros((frames, 3))
+    up[:, 1] = under
+    rotmats, ankle = transforms[:, foot, :3, :3], transforms[:, foot, :3, 3] - up
     toe, offsets = rig.soles[side]  # in the foot's frame
     at_rest = offsets @ rig.rest[foot].T
     bottom = at_rest[:, 1] < at_rest[:, 1].min() + 0.02
@@ -80,7 +84,7 @@ def plan_foot(transforms: FloatArray, rig: Rig, side: str, fps: float, settings:
     rise = settings.clearance * np.clip((fastest - 0.3) / 0.2, 0, 1) * ~on
     rise = np.where(on, 0.0, eased(rise, 0.05 * fps)) if rise.any() else rise
     move[:, 1] = np.maximum(move[:, 1], _MARGIN - lowest)
-    return FootPlan(ankle=ankle + move, extra=extra, toes=bend, on=on, move=move, rise=rise, height=lowest + move[:, 1])
+    return FootPlan(ankle=ankle + move + up, extra=extra, toes=bend, on=on, move=move, rise=rise, height=lowest + move[:, 1])
 
 
 def keep_clear(plan: FootPlan, other: FootPlan) -> FootPlan:

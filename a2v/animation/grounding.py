@@ -12,7 +12,9 @@ from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray
 
 
-def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:
+def clean_contacts(
+    transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings, steps: FloatArray | None = None
+) -> FloatArray:
     """Put a retargeted clip on the ground and keep its standing feet where they are.
 
     1. The ground level is found under the body's lowest points and followed where it drifts; then finely under the standing feet.
@@ -29,6 +31,8 @@ def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: Conta
     rig : Rig
     fps : float
     settings : ContactSettings
+    steps : (2, T) float or None
+        How high over the ground what the left and the right foot stand on is; the ground is then as level and as high as the motion has it.
 
     Returns
     -------
@@ -36,10 +40,14 @@ def clean_contacts(transforms: FloatArray, rig: Rig, fps: float, settings: Conta
         The ground is y = 0.
     """
     transforms = transforms.copy()
-    transforms[..., 1, 3] -= _ground(transforms, rig, fps, settings)[:, None]
-    transforms[..., 1, 3] -= _drift(transforms, rig, fps, settings)[:, None]
+    if steps is None:
+        transforms[..., 1, 3] -= _ground(transforms, rig, fps, settings)[:, None]
+        transforms[..., 1, 3] -= _drift(transforms, rig, fps, settings)[:, None]
+    else:
+        transforms[..., 1, 3] -= _below_steps(transforms, rig, steps)
     transforms[..., 1, 3] += _lift(transforms, rig, fps, settings)[:, None]
-    left, right = (plan_foot(transforms, rig, side, fps, settings) for side in SIDES)
+    under = np.zeros((2, len(transforms))) if steps is None else steps
+    left, right = (plan_foot(transforms, rig, side, fps, settings, own) for side, own in zip(SIDES, under, strict=True))
     plans = dict(zip(SIDES, (keep_clear(left, right), keep_clear(right, left)), strict=True))
     pelvis = carry_pelvis(plans, fps, settings)
     transforms[..., :3, 3] += pelvis[:, None]
@@ -69,6 +77,12 @@ def _ground(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSetti
     smooth: FloatArray = gaussian_filter1d(envelope, reach / 2, mode="nearest")
     level: FloatArray = smooth + float(np.quantile(soles - smooth, 0.1))
     return level
+
+
+def _below_steps(transforms: FloatArray, rig: Rig, steps: FloatArray) -> float:
+    """Level of the ground under a clip whose feet stand on `steps` (2, T): where the lower foot is over its own, when it is low."""
+    over = [sole_points(transforms, rig, side)[..., 1].min(-1) - own for side, own in zip(SIDES, steps, strict=True)]
+    return float(np.quantile(np.minimum(*over), 0.1))
 
 
 def _drift(transforms: FloatArray, rig: Rig, fps: float, settings: ContactSettings) -> FloatArray:

@@ -19,6 +19,7 @@ from a2v.animation.source import aligned, middle, source_joints, source_leg_leng
 from a2v.animation.task import Task
 from a2v.errors import InputError
 from a2v.kinematics.ground import smoothed
+from a2v.kinematics.planting import steps_under
 from a2v.types import Body, FloatArray, Motion
 
 
@@ -35,6 +36,9 @@ class RetargetSettings:
     level : {"auto", "always", "never"}
         Whether to turn the motion upright by balance (`upright_rotmat`). "auto" does so for data sets that were reconstructed
         from tilted cameras (HumanAct12, NTU-VIBE) and trusts the vertical of motion capture.
+    steps : {"auto", "always", "never"}
+        Whether feet may stand on steps, whose heights are found (`a2v.kinematics.planting.steps_under`); "auto" where the motion
+        says that it goes up (`rises` in its provenance). Else whoever is over the ground for long is brought back to it.
     limits : bool
         Keep joints within a human's range.
     smoothing : float
@@ -54,6 +58,7 @@ class RetargetSettings:
     raw: bool = False
     align: bool = True
     level: str = "auto"
+    steps: str = "auto"
     limits: bool = True
     smoothing: float = 0.02
     twist_smoothing: float = 0.06
@@ -90,8 +95,9 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     InputError
         The motion is a batch, or lacks a joint of the limbs, or has no size.
     """
-    if settings.level not in ("auto", "always", "never"):
-        raise InputError(f"level is '{settings.level}'; choose from auto, always, never")
+    for name in ("level", "steps"):
+        if getattr(settings, name) not in ("auto", "always", "never"):
+            raise InputError(f"{name} is '{getattr(settings, name)}'; choose from auto, always, never")
     rig = rig_of(body)
     source = {**detail_joints(motion), **source_joints(motion)}
     if settings.smoothing > 0:
@@ -103,6 +109,7 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
         source = {name: points @ rotmat.T for name, points in source.items()}
     if settings.align:
         source = aligned(source)
+    steps = _steps(source, motion.fps) if has_steps(motion, settings) else None
     posture = standing_posture(motion)
     source = swayed(straightened(source, posture, rig), motion.fps, settings.life)
     task = Task(source=source, rig=rig, posture=posture, fps=motion.fps, limits=settings.limits, twist_smoothing=settings.twist_smoothing)
@@ -111,7 +118,7 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
         transforms[..., 1, 3] -= _floor(transforms, rig)
     else:
         before = transforms[:, 0, 1, 3]
-        transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts)
+        transforms = clean_contacts(transforms, rig, motion.fps, settings.contacts, steps)
         transforms[..., 1, 3] += (share_of(motion, "air", len(transforms)) * (before - transforms[:, 0, 1, 3]))[:, None]
     transforms = enliven(transforms, rig, body.bone_names, motion, settings.life, source)
     if settings.clear_arms and not settings.raw:
@@ -119,6 +126,21 @@ def retarget(motion: Motion, body: Body, *, settings: RetargetSettings = Retarge
     if settings.from_photo:
         transforms = enter_from(transforms, in_world(body), body.bone_parents, fps=motion.fps)
     return transforms.astype(np.float32)
+
+
+def has_steps(motion: Motion, settings: RetargetSettings = RetargetSettings()) -> bool:
+    """Whether the feet of a motion may stand on steps on the body that it is put on."""
+    if settings.raw or settings.steps == "never":
+        return False
+    return settings.steps == "always" or bool(np.any(motion.provenance.get("rises", [False])))
+
+
+def _steps(source: dict[str, FloatArray], fps: float) -> FloatArray | None:
+    """Heights (2, T) of what the feet of canonical joints (T, 3) stand on; None without toes."""
+    if any(f"{side}_foot" not in source for side in SIDES) or len(source["pelvis"]) < 4:
+        return None
+    feet = np.stack([np.stack([source[f"{side}_ankle"], source[f"{side}_foot"]], axis=1) for side in SIDES])
+    return steps_under(feet, source["pelvis"], fps)[0]
 
 
 def _assemble(rotmats: FloatArray, hips: FloatArray, rig: Rig) -> FloatArray:

@@ -45,7 +45,7 @@ class PlantSettings:
     reach : float
         Largest drop of the pelvis, metres, for a leg that is too short for its place.
     settled : bool
-        Whether feet that stand come down to their own floor; not where the ground has steps.
+        Whether the ground is level: feet that stand come down to their own floor. Else they stand on steps, whose heights are found (`step_levels`).
     """
 
     height: float = 0.06
@@ -69,6 +69,10 @@ LOW_SECONDS = 0.8
 """Seconds over which a foot's floor is its lowest level, where the ground has steps."""
 LOW_QUANTILE = 0.05
 """Share of a clip in which a foot may be below its own floor."""
+LEAST_STEP, SAME_STEP = 0.07, 0.045
+"""Metres over the ground from which a foot stands on something, and metres between two levels that are one."""
+STEP_QUANTILE = 0.02
+"""Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
 
 
 def own_floor(heights: FloatArray, fps: float, *, steps: bool = False) -> FloatArray:
@@ -148,7 +152,62 @@ def contacts(feet: FloatArray, root: FloatArray, fps: float, settings: PlantSett
     low = over.min(axis=-1) < settings.low
     has_to = (best <= best[::-1]) & low & (best < settings.most)
     stands = _without_short((best < settings.least) | has_to, settings.shortest * fps)
+    if not settings.settled:
+        ground = np.quantile(feet[..., 1], STEP_QUANTILE, axis=2).min(axis=0)
+        floor = ground[None, :, None] + step_levels(feet[..., 1] - ground[None, :, None], stands)[..., None]
     return stands, by_toe, floor
+
+
+def step_levels(heights: FloatArray, stands: BoolArray) -> FloatArray:
+    """How high what each foot stands on is over the ground, between contacts smoothly from one level to the next.
+
+    Levels of all contacts that lie within `SAME_STEP` of one another are one step; under `LEAST_STEP` they are the ground.
+
+    Parameters
+    ----------
+    heights : (2, N, T, 2) float
+        Of ankles and toes over the ground, metres.
+    stands : (2, N, T) bool
+
+    Returns
+    -------
+    (2, N, T) float
+    """
+    levels = np.zeros((*stands.shape, 1))
+    lower = heights.min(axis=-1)
+    for clip in range(stands.shape[1]):
+        which, number, counts, _ = _runs(stands[:, clip])
+        if not len(counts):
+            continue
+        own = lower[:, clip][which]
+        rises = np.array([np.median(own[number == run]) for run in range(len(counts))])
+        order = np.argsort(rises)
+        group = np.concatenate([[0], np.cumsum(np.diff(rises[order]) > SAME_STEP)])
+        means = np.bincount(group, rises[order] * counts[order]) / np.bincount(group, counts[order])
+        level = np.zeros(len(counts))
+        level[order] = np.where(means[group] < LEAST_STEP, 0.0, means[group])
+        held = np.zeros(which.shape)
+        held[which] = level[number]
+        levels[:, clip, :, 0] = held
+    flat = levels.reshape(-1, *levels.shape[2:])
+    _bridge(flat, stands.reshape(-1, stands.shape[-1]))
+    found: FloatArray = flat.reshape(stands.shape)
+    return found
+
+
+def steps_under(feet: FloatArray, root: FloatArray, fps: float) -> tuple[FloatArray, BoolArray]:
+    """How high over the ground what each foot of a clip stands on is (2, T), and when it stands (2, T), where the ground has steps.
+
+    Parameters
+    ----------
+    feet : (2, T, 2, 3) float
+        Ankle and toe of both legs, metres.
+    root : (T, 3) float
+    fps : float
+    """
+    stands, _, floor = contacts(feet[:, None], root[None], fps, PlantSettings(settled=False))
+    level = floor[:, 0, :, 0]
+    return level - np.quantile(feet[..., 0, 1], STEP_QUANTILE, axis=1).min(), stands[:, 0]
 
 
 def _speed(points: FloatArray, fps: float) -> FloatArray:
@@ -216,7 +275,7 @@ def _moves(stands: BoolArray, steps: FloatArray, over: FloatArray, fps: float, s
     which, number, counts, _ = _runs(flat)
     slid = -np.cumsum(steps.reshape(-1, shape[-1], 2), axis=1)
     move = np.zeros((*flat.shape, 3))
-    height = np.where(settings.settled, -over.min(axis=-1), 0).reshape(flat.shape)
+    height = -over.min(axis=-1).reshape(flat.shape)
     for axis in (0, 1):
         own = slid[..., axis][which]
         mean = np.bincount(number, own, minlength=len(counts)) / np.maximum(counts, 1)
@@ -249,8 +308,6 @@ def _bridge(move: FloatArray, flags: BoolArray) -> None:
 
 def _cleared(over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, settings: PlantSettings) -> FloatArray:
     """How far a foot (2, N, T) has to rise so that it does not sink into its floor, and keeps clear of it while it swings."""
-    if not settings.settled:
-        return np.zeros(stands.shape)
     swings = np.clip((_speed(feet[..., [0, 2]], fps).min(axis=-1) - 0.3) / 0.4, 0, 1) * ~stands
     frames = max(1, round(settings.rise * fps))
     rising = gaussian_filter1d(minimum_filter1d(swings, frames, axis=-1, mode="nearest"), frames / 3, axis=-1, mode="nearest")

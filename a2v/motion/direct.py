@@ -12,7 +12,7 @@ from a2v.errors import InputError
 from a2v.kinematics import Skeleton, skeleton_of
 from a2v.motion.direction import Direction
 from a2v.motion.direction_steerer import DirectionSteerer
-from a2v.motion.edit import Edit, edited, planting, settled
+from a2v.motion.edit import Edit, edited, planting, rises, settled
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
@@ -67,9 +67,23 @@ def make_motion(
         made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
         made = planted(settled(made, model.card, actions), _skeleton(made), settings=planting(model.card, actions))
-        return edited(made, after)
+        return edited(_rising(made, model, steps), after)
     check_directed(model, steps, direction, count=take.count)
-    return edited(_directed(model, steps, direction, take, speed=edit.speed), after)
+    made = _directed(model, steps, direction, take, speed=edit.speed)
+    return edited(_rising(made, model, steps), after)
+
+
+def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion:
+    """The motion, saying which of its actions go up (`a2v.animation.retarget.has_steps`)."""
+    found = [rises(model.card, step.action) for step in steps]
+    return dataclasses.replace(motion, provenance={**motion.provenance, "rises": found}) if any(found) else motion
+
+
+def on_feet(motion: Motion, model: MotionModel) -> Motion:
+    """What an application made of a model (`a2v.motion.applications`), with feet that stand; poses that were given stay as they are."""
+    actions = motion.action.replace("|", ",").split(",")
+    known = [name for name in actions if name in model.actions]
+    return planted(motion, _skeleton(motion), settings=planting(model.card, known), kept=range(motion.given_frames or 0))
 
 
 def _skeleton(motion: Motion) -> Skeleton:

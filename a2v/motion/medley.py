@@ -22,7 +22,7 @@ from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.clips import clip_library, on_lengths, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
-from a2v.motion.edit import Edit, edited
+from a2v.motion.edit import Edit, edited, rises
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import Take
@@ -148,6 +148,7 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
     starts = np.cumsum([0, *counts[:-1]]) / fps
     clips = [step.source == CLIPS for step in steps]
     in_air = [own and library.clips[library.index(step.action)].air for own, step in zip(clips, steps, strict=True)]
+    rising = [not own and rises(MotionModel.load(step.source).card, step.action) for own, step in zip(clips, steps, strict=True)]
     return Motion(
         joints=joints.astype(np.float32),
         rotations=inverse_kinematics(joints, library.skeleton).astype(np.float32),
@@ -159,7 +160,7 @@ def _joined(steps: Sequence[Step], frames: int, fps: float, seed: int, speed: fl
         seed=seed,
         rest_offsets=library.rest_offsets,
         action_starts=starts,
-        provenance={"sources": [step.source for step in steps], "seed": seed, "told": clips, "air": in_air},
+        provenance={"sources": [step.source for step in steps], "seed": seed, "told": clips, "air": in_air, "rises": rising},
     )
 
 

@@ -57,8 +57,8 @@ class Canvas:
     atlas : Atlas
     agreement : (P, H / step, W / step) uint8
         For each part how far, 0 to 255, the photo's pixels are its own.
-    bare_hands : bool
-        Whether the hands are of the face's skin.
+    hands : (3,), optional
+        Colour of hands that are not seen, sRGB in [0, 1]; None where nobody knows, or they wear gloves.
     """
 
     rest: FloatArray
@@ -66,7 +66,7 @@ class Canvas:
     twin: IntArray
     atlas: Atlas
     agreement: ByteArray
-    bare_hands: bool = False
+    hands: FloatArray | None = None
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
         """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
@@ -109,12 +109,24 @@ class Clues:
 
     def against(self, part: int, apart: BoolArray) -> BoolArray:
         """Pixels (h, w) that are not of a part; `apart` (P, P) are parts that do not grow into each other."""
-        result = self.taken | self.arms[self.better & apart[part]].any(axis=0)
-        if self.better[part]:
-            result = result | ~self.arms[part]
-        if self.skin is not None and PARTS[part].endswith("hand"):
-            result = result | ~self.skin
-        return np.asarray(result)
+        return np.asarray(self.taken | self.arms[self.better & apart[part]].any(axis=0))
+
+    def within(self, part: int) -> BoolArray | None:
+        """Pixels (h, w) of which alone a part may be; None for all. Fingers are too thin for a margin here."""
+        own = self.arms[part] if self.better[part] else None
+        if self.skin is None or not PARTS[part].endswith("hand"):
+            return own
+        return self.skin if own is None else np.asarray(own & self.skin)
+
+    def tone(self, image: ByteArray) -> FloatArray | None:
+        """Colour (3,), sRGB in [0, 1], of the bare hands in a picture (H, W, 3), else of all skin; None where nobody knows."""
+        import cv2
+
+        if self.skin is None or not self.skin.any():
+            return None
+        hands = self.skin & self.arms[[name.endswith("hand") for name in PARTS]].any(axis=0)
+        small = cv2.resize(image, self.skin.shape[::-1], interpolation=cv2.INTER_AREA)
+        return np.asarray(np.median(small[hands if hands.sum() > _LEAST else self.skin], axis=0) / 255.0)
 
 
 def clues_of(subject: Subject, body: Body, camera: Camera, loose: BoolArray) -> Clues:
@@ -162,6 +174,10 @@ def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: 
         others[doubtful] = palettes.of_others(part, doubtful)
         away = cv2.distanceTransform((~others).astype(np.uint8), cv2.DIST_L2, 5) / scale
         result[part] = np.clip((away - _MARGIN) / _FADE, 0, 1) * 255
+    for part in range(len(PARTS)):
+        within = clues.within(part)
+        if within is not None:
+            result[part][~within] = 0
     return result
 
 

@@ -23,7 +23,7 @@ from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_col
 from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
-from a2v.reconstruction.tones import TONED, even_tones, without_hues, without_strangers
+from a2v.reconstruction.tones import even_tones, without_hues, without_strangers
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
@@ -169,9 +169,8 @@ def color_surface(
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
         hidden = on_parts(canvas.parts, *HANDS) & ~known
-        cheeks = seen_face(subject, camera.project(vertices), colors, known=known, head=_head(spots))[1]
-        if canvas.bare_hands and cheeks is not None and hidden.any():
-            expected[hidden] = _skin_of(colors[on_parts(canvas.parts, *HANDS) & known], cheeks)
+        if canvas.hands is not None:
+            expected[hidden] = canvas.hands
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
@@ -286,11 +285,6 @@ def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArr
     given = np.isfinite(prior).all(axis=1)
     share = np.clip((RIM[1] - reach) / (RIM[1] - RIM[0]), 0, 1)[:, None]
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
-
-
-def _skin_of(hands: FloatArray, cheeks: FloatArray) -> FloatArray:
-    """Colour (3,) of a hand that is not seen: of what is seen of hands (n, 3), else of the cheeks."""
-    return np.asarray(np.median(hands, axis=0) if len(hands) >= 4 * TONED else cheeks)
 
 
 def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:

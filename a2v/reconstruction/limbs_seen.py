@@ -23,12 +23,14 @@ _OFF = 0.06
 """The fit of an arm is off where elbow or wrist are so far from their landmarks, metres."""
 _BEHIND = -0.12
 """A wrist so far behind its shoulder, metres, may be hidden by the trunk."""
-_CHEEKS = (50, 101, 118, 123, 117, 280, 330, 347, 352, 346)
-"""Mediapipe's landmarks of cheeks."""
+_SKIN_HUES = (25.0, 85.0)
+"""People's skin is reddish to yellow, degrees in CIELAB."""
+_COLOURED = 8.0
+"""And of at least this chroma."""
 _HUE = np.array([0.35, 1.0, 1.0])
 """What lightness, a and b count for: hands lie in other light than the face."""
 _LIKE = 15.0
-"""Colours so near to the cheeks', CIELAB units, are skin."""
+"""Colours so near to the face's, CIELAB units, are skin."""
 _GLOVE = 0.25
 """Hands of which a smaller share is like it wear gloves."""
 _FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
@@ -87,14 +89,29 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
         return None
     size = arms.shape[:0:-1]
     lab = np.asarray(rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64)
-    column, row = (subject.face[list(_CHEEKS), :2] / step).astype(np.int64).T
-    skin = np.median(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)], axis=0)
-    like = np.linalg.norm((lab - skin) * _HUE, axis=-1) < _LIKE
+    column, row = (subject.face[:, :2] / step).astype(np.int64).T
+    known = [_lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])]
+    for number, side in enumerate(("left", "right")):
+        if subject.hands is not None and subject.hands[number, 0, 3] > 0:
+            known.append(_lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
+    tones = [tone for tone in known if tone is not None]
+    if known[0] is None:
+        return None
+    like = np.any([np.linalg.norm((lab - tone) * _HUE, axis=-1) < _LIKE for tone in tones], axis=0)
     for number, side in enumerate(("left", "right")):
         own = arms[PARTS.index(f"{side}_hand")]
         if subject.hands is not None and subject.hands[number, 0, 3] > 0 and own.any() and like[own].mean() < _GLOVE:
             return None
     return np.asarray(like)
+
+
+def _lit_skin(lab: FloatArray) -> FloatArray | None:
+    """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colours (n, 3): hair and shadow are darker; None where little has."""
+    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
+    skin = lab[(hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)]
+    if len(skin) < 10 or len(skin) < 0.25 * len(lab):
+        return None
+    return np.asarray(np.median(skin[skin[:, 0] >= np.median(skin[:, 0])], axis=0))
 
 
 def _strokes(lines: list[FloatArray], width: float, shape: tuple[int, int]) -> BoolArray:

@@ -18,6 +18,7 @@ from a2v.kinematics import bone_lengths
 from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
+from a2v.motion.direct import on_feet
 from a2v.motion.edit import Edit, edited, retimed
 from a2v.motion.plan import MotionPlan
 from a2v.motion.prompts import Step
@@ -190,7 +191,8 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
         take = Take(frames=options.frames_written(asked), fps=options.rate(model), seed=plan.seed, count=options.count, lengths=lengths)
         return asked.make(take, edit=Edit(speed=speed), direction=direction)
     made = retimed(_application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed)
-    return made.first(min(made.frames, options.frames_written(asked)))
+    made = made.first(min(made.frames, options.frames_written(asked)))
+    return made if options.native else on_feet(made, model)
 
 
 def _application(model: MotionModel, steps: Sequence[Step], options: Options, which: str) -> Motion:

@@ -81,7 +81,7 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
     rigged = not options.rigging.plain
     if rigged and options.only:
         raise InputError("--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out")
-    exports = ["engine_character", "poses"] if rigged else ["glb", "bvh"]
+    exports = ["engine_character", "poses", "props"] if rigged else ["glb", "bvh"]
     targets = [options.only] if options.only else ["video", "clip", *exports, "motion", "subject"]
     targets += ["photo_clip"] if options.film.in_photo and not options.only else []
     transparent = parameters["render"].background == "transparent" and not options.only  # an MP4 has no alpha channel

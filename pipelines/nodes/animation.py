@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from a2v.animation import BindSettings, BlinkSettings, DeformSettings, RetargetSettings
+from a2v.animation import BindSettings, BlinkSettings, DeformSettings, FootingSettings, RetargetSettings
 from a2v.motion.edit import Edit
+from a2v.props import Props
 from a2v.types import Body, Character, FloatArray, Motion, Surface
 from pipelines.engine.memo import memo
 from pipelines.engine.store import Ref, current, get, put
@@ -35,6 +36,17 @@ def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit
     clip = get(motion, Motion)
     moves = retarget_edited(clip, get(body, Body), edit, settings=retarget)
     return put(Poses(bone_transforms=moves, fps=clip.fps, action=clip.action, expressions=animation.blinking(len(moves), clip.fps, blink)))
+
+
+@memo()
+def props(motion: Ref[Motion], poses: Ref[Poses], body: Ref[Body], retarget: RetargetSettings, edit: Edit, footing: FootingSettings) -> Ref[Props]:
+    """Steps, ladders and bars under whoever climbs; nothing where the motion does not, goes on the spot or is a cycle."""
+    from a2v.animation.footing import find_props
+    from a2v.animation.retarget import has_steps
+
+    moves = get(poses, Poses)
+    climbs = footing.shown and not edit.in_place and not edit.loop and has_steps(get(motion, Motion), retarget)
+    return put(find_props(moves.bone_transforms, get(body, Body), moves.fps) if climbs else Props.of([]))
 
 
 @memo()

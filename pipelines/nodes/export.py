@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from a2v.animation import EngineSettings
+from a2v.props import Props
 from a2v.types import Body, Character
 from pipelines.engine.memo import memo
 from pipelines.engine.store import Ref, get, put
@@ -29,15 +30,16 @@ def engine_character(character: Ref[Character], engine: EngineSettings) -> Ref[C
 
 
 @memo()
-def glb(engine_character: Ref[Character], poses: Ref[Poses]) -> Ref[Blob]:
-    """One binary glTF: textured, skinned, animated."""
+def glb(engine_character: Ref[Character], poses: Ref[Poses], props: Ref[Props]) -> Ref[Blob]:
+    """One binary glTF: textured, skinned, animated, and what is climbed as meshes of their own."""
     from a2v.formats.gltf import write_glb
 
     moves = get(poses, Poses)
     clip = moves.action or "motion"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "character.glb"
-        write_glb(path, get(engine_character, Character), {clip: (moves.bone_transforms, moves.fps)}, expressions={clip: moves.expressions})
+        clips, faces = {clip: (moves.bone_transforms, moves.fps)}, {clip: moves.expressions}
+        write_glb(path, get(engine_character, Character), clips, expressions=faces, props=get(props, Props))
         return put(Blob.of(path.read_bytes()))
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from a2v.props import Props
 from a2v.rendering.camera import CameraPath, ViewCamera
 from a2v.rendering.scene import LookSettings
 from a2v.types import VIEWS, Body, Character, RenderSettings
@@ -62,25 +63,37 @@ def frame(
     frame_settings: Ref[RenderSettings],
     backdrop: Ref[Blob] | None,
     look: LookSettings,
+    props: Ref[Props],
 ) -> Ref[Image]:
-    """Render one frame of one view."""
-    renderer = _renderer(current().address, character, frame_settings, backdrop, look)
-    return put(Image.of(renderer.render(get(vertices, Vertices).vertices, get(camera, ViewCamera))))
+    """Render one frame of one view, with what is under the feet of whoever climbs."""
+    renderer = _renderer(current().address, character, frame_settings, backdrop, look, props)
+    moved = np.concatenate([get(vertices, Vertices).vertices, get(props, Props).vertices])
+    return put(Image.of(renderer.render(moved, get(camera, ViewCamera))))
 
 
 @functools.lru_cache(maxsize=1)
-def _renderer(address: str, character: Ref[Character], frame_settings: Ref[RenderSettings], backdrop: Ref[Blob] | None, look: LookSettings) -> Any:
+def _renderer(
+    address: str,
+    character: Ref[Character],
+    frame_settings: Ref[RenderSettings],
+    backdrop: Ref[Blob] | None,
+    look: LookSettings,
+    props: Ref[Props],
+) -> Any:
     """The scene, kept for the frames that follow in the same process; setting one up costs seconds."""
     from a2v.body.parts import PARTS
     from a2v.perception.photo import decode_photo
     from a2v.rendering import Renderer
+    from a2v.rendering.things import with_props
     from pipelines.engine.store import Store
 
     settings = threaded(Store(address).get(frame_settings, RenderSettings))
     picture = None if backdrop is None else decode_photo(bytes(Store(address).get(backdrop, Blob)), "the background")[..., :3]
     person = load_character(address, character)
     bare = np.isin(person.parts, [PARTS.index(part) for part in ("head", "left_hand", "right_hand")])
-    return Renderer(person.surface, settings, look, backdrop=picture, bare=bare)
+    things = Store(address).get(props, Props)
+    bare = np.concatenate([bare, np.zeros(len(things.vertices), bool)])
+    return Renderer(with_props(person.surface, things), settings, look, backdrop=picture, bare=bare)
 
 
 def threaded(settings: RenderSettings) -> RenderSettings:

@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.animation import DeformSettings
+from a2v.animation import DeformSettings, FootingSettings
 from a2v.errors import InputError
 from a2v.io import read_bytes
 from a2v.rendering.looks import LOOKS
@@ -50,6 +50,7 @@ class FilmRequest(Request):
     spp: int = option("samples a pixel", default=_LOOK.spp, rare=True)
     denoise: bool = option("Open Image Denoise on every frame", default=_LOOK.denoise, rare=True)
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
+    no_props: bool = flag("nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True)
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
     deform: DeformSettings = settings(DeformSettings, users=("method",))
 
@@ -59,7 +60,7 @@ class FilmRequest(Request):
         return self.background == PHOTO
 
     def resolve(self, store: Store) -> Parameters:
-        """`render`, `cameras`, `backdrop`, `look` and `deform`.
+        """`render`, `cameras`, `backdrop`, `look`, `deform` and `footing`.
 
         Raises
         ------
@@ -84,7 +85,8 @@ class FilmRequest(Request):
             follow=self.camera != STILL,
         )
         check_views(render.views, cameras)
-        return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": read_look(self.look), "deform": self.deform}
+        look, footing = read_look(self.look), FootingSettings(shown=not self.no_props)
+        return {"render": render, "cameras": cameras, "backdrop": backdrop, "look": look, "deform": self.deform, "footing": footing}
 
 
 def _background(store: Store, asked: str) -> tuple[str, Ref[Blob] | None]:

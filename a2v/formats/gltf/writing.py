@@ -19,6 +19,7 @@ from a2v.formats.gltf.document import ARRAY_BUFFER, Document
 from a2v.formats.gltf.mesh import add_mesh, split_corners
 from a2v.kinematics import rotmat_to_quat
 from a2v.kinematics.resample import continuous
+from a2v.props import COLOR, Props
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 MAX_MORPH_BYTES = 2 << 30
@@ -32,6 +33,7 @@ def write_glb(
     name: str = "character",
     jpeg_quality: int = 92,
     expressions: Strengths | None = None,
+    props: Props | None = None,
 ) -> None:
     """Write a textured (or vertex-coloured), skinned and animated glTF 2.0 binary; expressions are morph targets.
 
@@ -50,6 +52,8 @@ def write_glb(
         Quality of the embedded texture, 1 to 100; 0 embeds PNG.
     expressions : Strengths or None
         What the face does in the clips.
+    props : Props or None
+        Solids that stand in the scene: a mesh and a node of its name for each.
 
     Raises
     ------
@@ -58,7 +62,19 @@ def write_glb(
     """
     document = skinned_document(character, clips, name=name, jpeg_quality=jpeg_quality)
     _animate_face(document, character, clips or {}, expressions or {})
+    if props is not None:
+        _add_props(document, props)
     document.write(path)
+
+
+def _add_props(document: Document, props: Props) -> None:
+    """Add a mesh and a node for each of the solids."""
+    for number, name in enumerate(props.names):
+        own = props.faces[props.owner == number]
+        used, faces = np.unique(own, return_inverse=True)
+        colors = np.tile(np.array(COLOR, np.float32), (len(used), 1))
+        solid = Surface(vertices=props.vertices[used], faces=faces.reshape(-1, 3).astype(np.int32), colors=colors)
+        document.json["scenes"][0]["nodes"].append(document.node(name=name, mesh=add_mesh(document, solid, name, 92)))
 
 
 def _animate_face(document: Document, character: Character, clips: Clips, expressions: Strengths) -> None:

@@ -1,0 +1,101 @@
+"""What is under the feet and hands of whoever climbs, as plain solids that stand still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.record import Record
+from a2v.types import FloatArray, IntArray
+
+COLOR = (0.42, 0.47, 0.53)
+"""sRGB of all props: unlike skin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Props(Record):
+    """Solids of the world: steps, rungs, rails, bars and posts.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float32
+        World, metres, y up.
+    faces : (F, 3) int32
+        Counter-clockwise seen from outside.
+    owner : (F,) int32
+        The solid that a face belongs to, an index into `names`.
+    names : tuple of str
+        One a solid.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    owner: IntArray
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        sizes = {"names": len(self.names)}
+        self._check("vertices", ("V", 3), sizes)
+        self._check("faces", ("F", 3), sizes, below="V")
+        self._check("owner", ("F",), sizes, below="names")
+
+    @classmethod
+    def of(cls, solids: list[tuple[str, FloatArray]]) -> Props:
+        """Convex solids, each the hull of its points (N, 3), numbered where several have one name.
+
+        Raises
+        ------
+        InputError
+            The points of a solid lie in a plane.
+        """
+        from scipy.spatial import ConvexHull, QhullError
+
+        vertices, faces, owner = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+        names, count = list[str](), 0
+        for name, points in solids:
+            try:
+                hull = ConvexHull(points)
+            except QhullError:
+                raise InputError(f"the points of '{name}' lie in a plane; expected a solid") from None
+            corners = np.asarray(points, np.float64)[hull.simplices]
+            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            turned = (normal * hull.equations[:, :3]).sum(axis=1) < 0
+            own = np.where(turned[:, None], hull.simplices[:, ::-1], hull.simplices)
+            vertices.append(np.asarray(points, np.float64))
+            faces.append(own + count)
+            owner.append(np.full(len(own), len(names)))
+            names.append(f"{name}_{1 + sum(known.rsplit('_', 1)[0] == name for known in names)}")
+            count += len(points)
+        return cls(
+            vertices=np.concatenate(vertices).astype(np.float32),
+            faces=np.concatenate(faces).astype(np.int32),
+            owner=np.concatenate(owner).astype(np.int32),
+            names=tuple(names),
+        )
+
+
+def box(low: FloatArray, high: FloatArray, *, bevel: float = 0.008) -> FloatArray:
+    """Points (24, 3) of a box between two corners, its edges cut by `bevel` metres, so that smooth normals leave its sides flat."""
+    corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
+    outer = np.where(corners, high, low)
+    bevel = min(bevel, 0.3 * float(np.min(np.asarray(high) - np.asarray(low))))
+    inward = np.where(corners, -bevel, bevel)
+    points: FloatArray = np.concatenate([outer + inward * (np.arange(3) != axis) for axis in range(3)])
+    return points
+
+
+def rod(start: FloatArray, end: FloatArray, radius: float, *, sides: int = 12) -> FloatArray:
+    """Points (4 sides, 3) of a rod between two points, metres."""
+    along = np.asarray(end, np.float64) - start
+    along /= max(float(np.linalg.norm(along)), 1e-9)
+    across = np.cross(along, (1.0, 0.0, 0.0) if abs(along[0]) < 0.8 else (0.0, 0.0, 1.0))
+    across /= np.linalg.norm(across)
+    angle = np.arange(sides) * (2 * np.pi / sides)
+    ring = np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * np.cross(along, across)
+    rim = 0.1 * radius
+    points: FloatArray = np.concatenate(
+        [start + rim * along + radius * ring, end - rim * along + radius * ring, start + 0.9 * radius * ring, end + 0.9 * radius * ring]
+    )
+    return points

@@ -289,6 +289,10 @@ def _made(kind: type[T], found: jsonargparse.Namespace) -> T:
             value = found[item.name]
             if isinstance(value, list) and not item.metadata.get("option", {}).get("many"):  # argparse's answer to --x=--
                 raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one")
+            if value is None and item.default is not None and type(None) not in typing.get_args(hints[item.name]):  # "name:" in a file
+                raise InputError(f"{_with_hyphens(f'--{item.name}')} has no value; give one, or leave it out")
+            if hints[item.name] is str and not isinstance(value, str):  # "name: 1" in a file
+                raise InputError(f"{_with_hyphens(f'--{item.name}')} is {brief(value)}; expected text, in quotation marks")
             values[item.name] = tuple(value) if isinstance(value, list) and "option" in item.metadata else value
     return kind(**values)
 

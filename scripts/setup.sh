@@ -78,24 +78,37 @@ if ! usable .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2
   say "making .venv with $("$python" --version)"
   "$python" -m venv .venv
 fi
-pip=(.venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt)
-
-"${pip[@]}" -q --upgrade "$(grep '^pip==' constraints.txt)" # Debian 12's own pip (23.0) backtracks for many minutes
+# --- every file that is installed has a hash in constraints.lock, or pip refuses it.
+pip=(.venv/bin/python -m pip install --disable-pip-version-check)
+needed=$(mktemp -d)
+trap 'rm -rf "$needed"' EXIT
+sed -n '/^pip==/,/[^\\]$/p' constraints.lock >"$needed/pip.txt"
+"${pip[@]}" -q --require-hashes -r "$needed/pip.txt" # Debian 12's own pip (23.0) backtracks for many minutes
 
 # --- torch first and by its exact CPU build: PyPI's build for Linux brings gigabytes of CUDA.
 torch=$(sed -n 's/^torch==//p' constraints.txt)
 if ! .venv/bin/python -c "import importlib.metadata as m, sys; sys.exit(m.version('torch').split('+')[0] != '$torch')" 2>/dev/null; then
   say "installing torch $torch for the CPU"
+  # With --no-deps: what torch needs comes below, with the rest. The lock has the hashes of PyPI's files and of the CPU build for Python 3.11.
+  hashed=("${pip[@]}" --no-deps --require-hashes -c constraints.lock)
   if [ "$(uname -s)" = Darwin ]; then
-    "${pip[@]}" "torch==$torch"
+    "${hashed[@]}" "torch==$torch"
+  elif [ "$(uname -m)" = x86_64 ] && .venv/bin/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'; then
+    "${hashed[@]}" "torch==$torch+cpu" 2>/dev/null ||
+      "${hashed[@]}" "torch==$torch+cpu" --extra-index-url https://download.pytorch.org/whl/cpu ||
+      fail "found no CPU build of torch $torch that has a hash in constraints.lock; put its wheel in a folder and set PIP_FIND_LINKS to it"
   else
-    "${pip[@]}" "torch==$torch+cpu" 2>/dev/null ||
-      "${pip[@]}" "torch==$torch+cpu" --extra-index-url https://download.pytorch.org/whl/cpu ||
+    say "constraints.lock has no hash of the CPU build of torch for $(.venv/bin/python --version) on $(uname -m): the index's own hash has to do"
+    "${pip[@]}" --no-deps "torch==$torch+cpu" 2>/dev/null ||
+      "${pip[@]}" --no-deps "torch==$torch+cpu" --extra-index-url https://download.pytorch.org/whl/cpu ||
       fail "found no CPU build of torch $torch for $(.venv/bin/python --version); see https://pytorch.org/get-started/locally, or put its wheel in a folder and set PIP_FIND_LINKS to it"
   fi
 fi
+
 say "installing the pinned dependencies (about 4 GB unpacked; some minutes the first time)"
-"${pip[@]}" -e '.[dev,dask]' | { grep -v '^Requirement already satisfied' || true; }
+.venv/bin/python scripts/requirements.py dev dask >"$needed/all.txt"
+"${pip[@]}" --require-hashes -c constraints.lock -r "$needed/all.txt" | { grep -v '^Requirement already satisfied' || true; }
+"${pip[@]}" -q --no-deps --no-build-isolation -e . # a folder has no hash; setuptools is there by now
 .venv/bin/python -m pip check >/dev/null || say "pip check is not clean: $(.venv/bin/python -m pip check | head -n 3)"
 say "compiling once what the first run would otherwise wait for: the body model, the matting"
 .venv/bin/python -W ignore -m a2v.body.anny_data >&2

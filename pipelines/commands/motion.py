@@ -19,7 +19,7 @@ from a2v.kinematics.resample import frames_needed
 from a2v.motion import MotionModel
 from a2v.motion.applications import interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.direct import on_feet
-from a2v.motion.edit import Edit, edited, retimed
+from a2v.motion.edit import Edit, check_speed, edited, retimed
 from a2v.motion.plan import MotionPlan
 from a2v.motion.prompts import Step
 from a2v.motion.timeline import Take
@@ -118,6 +118,7 @@ def run(options: Options) -> Answer:
         raise InputError(f"cannot write {path}; --native joints go into an .npz")
     if options.count > MAX_CLIPS:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
+    check_speed(options.edits.speed)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:

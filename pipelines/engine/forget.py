@@ -70,17 +70,18 @@ def forget(store: Store, values: Iterable[Ref[Any]], *, keep: Collection[Ref[Any
     """
     calls = list(_calls(store.folder))
     tainted = {ref.digest for ref in values}
-    gone = {call.path for call in calls if call.given is None}
+    removed = [call for call in calls if call.given is None]
+    gone = {call.path for call in removed}
     unknown = len(gone)
     while found := [call for call in calls if call.path not in gone and call.given is not None and call.given & tainted]:
         for call in found:
+            removed.append(call)
             gone.add(call.path)
             tainted |= call.gave
     left = [call for call in calls if call.path not in gone]
-    removed = [call for call in calls if call.path in gone]
     named = {ref.digest for ref in keep}.union(*(call.gave | (call.given or frozenset()) for call in left))
     suspects = tainted.union(*(call.gave | (call.given or frozenset()) for call in removed))
-    for call in removed:
+    for call in reversed(removed):  # the furthest first: if this ends in the middle, what is left is still found from the photo
         _remove(store, call.path)
     counts = [0, 0]
     now = time.time()

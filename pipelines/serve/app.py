@@ -130,7 +130,7 @@ class Handlers:
 
     async def choices(self, request: Request) -> Response:
         """What may be chosen."""
-        return Told(await asyncio.to_thread(choices) | {"upload": MAX_UPLOAD})
+        return Told(await self._desk.threads.do(choices) | {"upload": MAX_UPLOAD})
 
     async def state(self, request: Request) -> Response:
         """Photos and jobs as they are."""
@@ -148,7 +148,7 @@ class Handlers:
         model, text = said.get("model"), said.get("text")
         if model not in MODELS or not isinstance(text, str) or len(text) > MAX_ACTION:
             raise InputError("expected a model's name and some words")
-        steps, matches = await asyncio.to_thread(understood, str(model), text)
+        steps, matches = await self._desk.threads.do(understood, str(model), text)
         parts = [
             {"text": match.text, "action": step.action, "seconds": step.seconds, "near": match.others[:3]}
             for step, match in zip(steps, matches, strict=True)
@@ -164,7 +164,7 @@ class Handlers:
 
         async def copy(path: Path) -> None:
             try:
-                await asyncio.to_thread(shutil.copyfile, SAMPLE, path)
+                await self._desk.threads.do(shutil.copyfile, SAMPLE, path)
             except OSError as error:
                 raise InputError(f"the photo cannot be kept: {error.strerror}; free some space and try again") from error
 
@@ -209,7 +209,7 @@ class Handlers:
         if photo is None:
             raise InputError("this photo is not here any more; choose another")
         wish = Wish.of(said.get("wish"))
-        await asyncio.to_thread(understood, wish.model, wish.action)
+        await self._desk.threads.do(understood, wish.model, wish.action)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
         return Told(_public(job), status_code=201)

@@ -22,8 +22,10 @@ from a2v.io import atomic_path, read_bytes
 from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.store import Ref, Store
 from pipelines.serve.child import Child
+from pipelines.serve.owed import Owed
 from pipelines.serve.records import SHOWN, Job, Library, Photo
 from pipelines.serve.talk import ORIGINAL
+from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
 """A child process that had nothing to do for so long is ended, for its memory."""
@@ -31,11 +33,13 @@ OPEN_SECONDS = 60.0
 """Longest that opening a photo may take."""
 SETTLED_SECONDS = 120.0
 """A value of the store that no call names after this time is nobody's: what a stopped computation has left of a photo goes then."""
+MAX_THREADS = 8
+"""Beside the one that answers."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
 _TIMES = "times.json"
 """File of how long stages take here."""
-_DUE = "forgetting"
+_OWED = "forgetting"
 """File that is there while something has still to be forgotten."""
 
 T = TypeVar("T")
@@ -54,12 +58,15 @@ class Desk:
     def __init__(self, library: Library, code: str, *, cache: str | None = None, workers: int | None = None) -> None:
         self.library = library
         self.progress: dict[str, Mapping[str, Any]] = {}
+        self.threads = Threads(MAX_THREADS)
         self._cache, self._workers = cache, workers
         self._opener, self._looker, self._maker = Child(_OPENER), Child(code), Child(code)
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
         self._forgetting = asyncio.Lock()
+        self._owed = Owed(library.folder / _OWED)
+        self._closing = False
         self._tasks: list[asyncio.Task[None]] = []
 
     def start(self) -> None:
@@ -69,13 +76,18 @@ class Desk:
                 job.status = "waiting"
                 self.library.keep(job)
         rounds = (self._look_at_a_photo, self._make_a_video, self._rest)
-        self._tasks = [asyncio.create_task(_for_ever(one)) for one in rounds]
+        self._tasks = [asyncio.create_task(self._for_ever(one)) for one in rounds]
 
     async def close(self) -> None:
-        """Stop at once; what was running goes on at the next start."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        """Stop at once; what was running goes on at the next start.
+
+        Until Python 3.12 `asyncio.wait_for` loses a cancellation that comes while what it waits for is just done, so it is said again.
+        """
+        self._closing = True
+        while alive := [task for task in self._tasks if not task.done()]:
+            for task in alive:
+                task.cancel()
+            await asyncio.wait(alive, timeout=1.0)
         await asyncio.gather(self._opener.stop(), self._looker.stop(), self._maker.stop())
 
     def wake(self) -> None:
@@ -136,27 +148,26 @@ class Desk:
 
         while job := next((one for one in jobs() if not one.over), None):  # another may be asked for while one is being stopped
             await self.cancel(job)
+        if isinstance(item, Photo):
+            self._owed.add(item.digest)
         removed = jobs()
         folders = self.library.remove(item)
         while self._current in removed or self._looking is item:
             await (self._looker if self._looking is item else self._maker).stop()
             await asyncio.sleep(0.01)
-        await asyncio.to_thread(_delete, [*folders, *map(self.library.place, [item, *removed])])
-        return await self._forget(item) if isinstance(item, Photo) else Forgotten()
+        await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
+        return await self._forget([item.digest]) if isinstance(item, Photo) else Forgotten()
 
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
-        await asyncio.to_thread(_delete, self.library.remove_damaged())
+        await self.threads.do(_delete, self.library.remove_damaged())
 
-    async def _forget(self, photo: Photo | None) -> Forgotten:
-        """Remove what the store remembers of a photo, unless it is here a second time; of None what belongs to nobody."""
-        stays = {one.digest for one in self.library.photos.values() if one.digest}
-        gone = [Ref[Any](photo.digest)] if photo and photo.digest and photo.digest not in stays else []
-        with contextlib.suppress(OSError):
-            (self.library.folder / _DUE).touch()
+    async def _forget(self, digests: Iterable[str]) -> Forgotten:
+        """Remove what the store remembers of photos, unless they are here a second time, and what belongs to nobody."""
         async with self._forgetting:
-            keep = [Ref[Any](digest) for digest in stays]
-            return await asyncio.to_thread(forget, Store(self._cache), gone, keep=keep, idle=SETTLED_SECONDS)
+            stays = {one.digest for one in self.library.photos.values() if one.digest}
+            gone, keep = ([Ref[Any](digest) for digest in some if digest] for some in (set(digests) - stays, stays))
+            return await self.threads.do(forget, Store(self._cache), gone, keep=list(keep), idle=SETTLED_SECONDS)
 
     # --- the rounds
 
@@ -237,12 +248,18 @@ class Desk:
         for child in (self._looker, self._opener):
             if child.idle(IDLE_SECONDS / 10):
                 await child.stop()
-        due = self.library.folder / _DUE
-        with contextlib.suppress(OSError):  # nothing to forget
-            if time.time() - due.stat().st_mtime > SETTLED_SECONDS + _TICK_SECONDS:
-                due.unlink()
-                await self._forget(None)
-                due.unlink()
+        if (owed := self._owed.due(SETTLED_SECONDS + _TICK_SECONDS)) is not None:
+            await self._forget(owed)
+            self._owed.paid(owed)
+
+    async def _for_ever(self, one: Callable[[], Awaitable[None]]) -> None:
+        """Do one round after another; a round that fails is told on standard error and does not end the others."""
+        while not self._closing:
+            try:
+                await one()
+            except Exception:
+                traceback.print_exc(file=sys.stderr)
+                await asyncio.sleep(1.0)
 
     # --- how long things take here
 
@@ -257,16 +274,6 @@ class Desk:
         mixed = known | {name: (value + known.get(name, value)) / 2 for name, value in seconds.items()}
         with contextlib.suppress(A2VError), atomic_path(self.library.folder / _TIMES) as temporary:  # a full disk: what is known does
             temporary.write_text(json.dumps({name: round(value, 4) for name, value in mixed.items()}), encoding="utf-8")
-
-
-async def _for_ever(one: Callable[[], Awaitable[None]]) -> None:
-    """Do one round after another; a round that fails is told on standard error and does not end the others."""
-    while True:
-        try:
-            await one()
-        except Exception:
-            traceback.print_exc(file=sys.stderr)
-            await asyncio.sleep(1.0)
 
 
 def _delete(folders: Iterable[Path]) -> None:

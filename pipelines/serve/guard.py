@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import secrets
@@ -59,8 +60,18 @@ class Guard:
         elif not slash:
             await _refuse(send, 404, "the address ends in a slash")
         else:
-            raw = f"/{path}"
-            await self._inner({**scope, "path": raw, "raw_path": raw.encode(), "root_path": ""}, receive, send)
+            raw, begun = f"/{path}", False
+
+            async def answer(message: Message) -> None:
+                nonlocal begun
+                begun = True
+                await send(message)
+
+            try:
+                await self._inner({**scope, "path": raw, "raw_path": raw.encode(), "root_path": ""}, receive, answer)
+            except asyncio.CancelledError:  # the server ends, and what was asked for takes longer
+                if not begun:
+                    await _refuse(send, 503, "the page ends; start it again")
 
 
 def _foreign(headers: dict[str, str]) -> str:

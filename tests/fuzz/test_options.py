@@ -14,6 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from a2v.formats import read_motion
+from a2v.io import read_npz
 from pipelines.batch.rows import read_rows
 from pipelines.batch.tasks import Planner
 from pipelines.cli import every_command, load_command
@@ -21,7 +23,7 @@ from pipelines.engine.store import Store
 from pipelines.options import actions_of, parse
 from pipelines.requests.video import VideoRequest
 from tests.support.commands import end
-from tests.support.hostile import COUNT, FEW, NUMBERS, TEXTS, VALUES, owes_a_sentence, retold, trees
+from tests.support.hostile import COUNT, FEW, NUMBERS, TEXTS, VALUES, are_whole, owes_a_sentence, retold, trees
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = [name.replace(" ", "_") for name in every_command()]
@@ -37,6 +39,9 @@ WORDS = st.one_of(
     VALUES.map(lambda value: repr(value)[:2000]),
 ).map(lambda text: text.replace("\0", ""))
 
+PLAIN = st.sampled_from(["1", "2", "4", "12", "0.5", "true", "false", "Jump", "walk", "cmu", "humanact12", "front", "front,left", "none"])
+"""What some option takes: where nothing is refused, files are written."""
+
 
 def command(name: str) -> ModuleType:
     return load_command(name)
@@ -51,7 +56,7 @@ def names_of(module: ModuleType) -> list[str]:
 @st.composite
 def given_options(draw: st.DrawFn, names: list[str]) -> list[str]:
     chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3))
-    return [f"{name}={draw(WORDS)}" for name in chosen]
+    return [f"{name}={draw(st.one_of(WORDS, PLAIN))}" for name in chosen]
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
@@ -63,6 +68,16 @@ def test_options(name, data):
     owes_a_sentence(lambda: parse(module.Options, words, command=name, about="", examples=""))
 
 
+@pytest.mark.parametrize("name", [name for name in MODULES if hasattr(command(name), "Options")])
+def test_every_choice(name):
+    """Each value that an option's help offers is one that it takes, or the whole line is refused in a sentence."""
+    options = command(name).Options
+    for action in actions_of(options):
+        for choice in action.choices or ():
+            given = [f"{action.option_strings[0]}={choice}"] if action.option_strings else [str(choice)]
+            owes_a_sentence(lambda given=given: parse(options, given, command=name, about="", examples=""))
+
+
 MOTION = [name for name in names_of(command("motion")) if name not in ("--out", "--model", "--config")]
 
 
@@ -72,6 +87,7 @@ def test_motions(words):
     with tempfile.TemporaryDirectory() as folder:
         base = ["motion", "--action=Walk", "--frames=4", "--model=humanact12", f"--out={folder}/a.npz"]
         owes_a_sentence(lambda: end([*base, *words]))
+        are_whole(Path(folder), "*.npz", read_motion)
 
 
 VIDEO = ["--action", "--model", "--motion", "--frames", "--fps", "--seed", "--views", "--camera", "--background", "--size", "--spp", "--variant",
@@ -85,6 +101,7 @@ def test_videos_as_far_as_their_motion(words):
         base = ["video", f"--photo={ROOT / 'a2v/samples/person.jpg'}", "--action=Jump", "--model=humanact12", "--frames=4", "--only=motion"]
         base += [f"--out={folder}/out", f"--cache={folder}/store", "--executor=serial", "--quiet"]
         owes_a_sentence(lambda: end([*base, *words]))
+        are_whole(Path(folder), "*.npz", read_npz)
 
 
 ROW: dict[str, Any] = {

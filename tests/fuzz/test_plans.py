@@ -12,6 +12,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from a2v.formats import read_motion
 from a2v.lab.papers.checkpoints import read_state
 from a2v.motion import MotionModel
 from a2v.motion.card import parse_card
@@ -24,7 +25,7 @@ from a2v.sessions import read_metadata
 from pipelines.batch.results import write_tables
 from tests.support.commands import end
 from tests.support.glb import glb
-from tests.support.hostile import FEW, NUMBERS, TEXTS, edited, owes_a_sentence, retold, trees
+from tests.support.hostile import FEW, NUMBERS, TEXTS, are_whole, edited, owes_a_sentence, retold, trees
 
 
 @functools.cache
@@ -103,6 +104,7 @@ def test_directed_motions(words):
         base = ["motion", "--action=walk", "--model=cmu-fine", "--seconds=1", f"--out={folder}/a.npz"]
         owes_a_sentence(lambda: end([*base, *(f"{name}={value}" for name, value in words)]))
         assert {path.name for path in Path(folder).iterdir()} <= {"a.npz"}
+        are_whole(Path(folder), "a.npz", read_motion)
 
 
 @given(st.sampled_from(["humanact12", "humanact12-plain", "cmu-fine"]).flatmap(lambda name: trees(read_metadata(model(name).path, ("a2v-flow/1", "a2v-motion/1"), "model"))))
@@ -135,7 +137,7 @@ def test_records_of_batches(tree):
         (Path(folder) / "job").mkdir()
         (Path(folder) / "job" / "job.json").write_text(json.dumps(tree), encoding="utf-8")
         owes_a_sentence(lambda: write_tables(Path(folder)))
-        assert all(not path.name.startswith(".") for path in Path(folder).iterdir())
+        are_whole(Path(folder), "*.json", lambda path: json.loads(path.read_text(encoding="utf-8")))
 
 
 HUMAN = ["Hips", "Spine", "Head", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg", "RightFoot", "LeftArm", "LeftForeArm", "LeftHand", "RightArm",

@@ -10,20 +10,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipelines.serve.app import make_app
 from pipelines.serve.desk import Desk
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
-from tests.support.hostile import TEXTS, VALUES, owes_a_sentence, trees
+from tests.support.hostile import FEW, TEXTS, VALUES, Tally, count, edited, owes_a_sentence, trees
 from tests.support.page import arrived
-from tests.support.uploads import picture
+from tests.support.uploads import hostile_uploads, picture
 
 TOKEN = "token"
 WISH = {"action": "Walk", "model": "cmu", "seconds": 2.0, "seed": 1, "size": 240, "views": ["front"], "background": "stage"}
 HEADERS = {"host": "127.0.0.1:8000", "content-type": "application/json"}
+LOOP = asyncio.new_event_loop()
+"""Of all requests: the process that opens photos belongs to it."""
 DEEP = st.sampled_from([700, 900, 990, 5000]).map(lambda levels: b'{"model": ' + b"[" * levels + b"]" * levels + b"}")
 
 
@@ -43,7 +45,7 @@ def answer(app: Any, method: str, path: str, body: bytes = b"", headers: dict[st
     async def send(message: dict[str, Any]) -> None:
         parts.append(message)
 
-    asyncio.run(app(scope, receive, send))
+    LOOP.run_until_complete(app(scope, receive, send))
     return parts[0]["status"], b"".join(part.get("body", b"") for part in parts[1:])
 
 
@@ -58,7 +60,11 @@ def page() -> Iterator[tuple[Any, str, str]]:
         job.status = "failed"
         library.keep(photo)
         library.keep(job)
-        yield make_app(Desk(library, ""), TOKEN, lambda: None), photo.id, job.id
+        desk = Desk(library, "", cache=str(Path(folder) / "store"))
+        yield make_app(desk, TOKEN, lambda: None), photo.id, job.id
+        LOOP.run_until_complete(desk.close())
+        places = ("photos", "jobs", "incoming", "removed")
+        assert {path.name for place in places for path in (Path(folder) / place).glob("*")} == {photo.id, job.id}
 
 
 def is_answered(page: tuple[Any, str, str], method: str, path: str, body: bytes = b"", headers: dict[str, str] | None = None) -> None:
@@ -93,6 +99,7 @@ def test_jobs(page, data):
     jobs = json.loads(answer(page[0], "GET", "/api/state")[1])["jobs"]
     for job in (job for job in jobs if job["id"] != page[2]):
         assert answer(page[0], "DELETE", f"/api/jobs/{job['id']}")[0] == 200
+        count(Tally(deleted=1))
 
 
 PLACES = ["/api/{}", "/page/{}", "/photos/{}/{}", "/jobs/{}/{}", "/jobs/{}/all.zip", "/api/photos/{}/again", "/api/jobs/{}/cancel", "/{}", "/page/../{}",
@@ -115,3 +122,22 @@ def test_addresses(page, data):
         assert answer(app, "GET", "/api/state")[0] == 200
 
     owes_a_sentence(ask)
+
+
+@settings(max_examples=FEW)
+@given(st.one_of(st.sampled_from([picture(), *hostile_uploads()]), edited(picture())), NAMES)
+def test_uploads(page, data, name):
+    """A photo that is taken is removed again."""
+    taken = list[str]()
+
+    def ask() -> None:
+        status, said = answer(page[0], "POST", f"/api/photos?name={name}", data)
+        assert status in (201, 400, 413)
+        if status == 201:
+            taken.append(json.loads(said)["id"])
+
+    owes_a_sentence(ask)
+    for photo in taken:
+        assert answer(page[0], "DELETE", f"/api/photos/{photo}")[0] == 200
+        count(Tally(deleted=1))
+    assert len(json.loads(answer(page[0], "GET", "/api/state")[1])["photos"]) == 1

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pipelines import cli
+from pipelines.engine import forget as forget_module
 from pipelines.engine.forget import forget, ref_of
 from pipelines.engine.memo import memo
 from pipelines.engine.store import IN_USE_SECONDS, Ref, Store, get, put, using
@@ -71,6 +72,25 @@ def test_what_depends_on_a_photo_goes_and_the_rest_stays(store: Store) -> None:
         film(array(person(Ref(ref_of(Blob.of(b"other")).digest), None)), [pose(1), pose(2)])
         assert set((store.folder / "calls").rglob("*.json")) == calls  # all of it was remembered
     assert forget(store, [ref_of(Blob.of(b"one"))]).values == 0
+
+
+@pytest.mark.parametrize("steps", range(6))
+def test_forgetting_that_was_cut_off_can_be_done_again(store: Store, monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
+    """After any number of removed files the rest is still found from the photo."""
+    removed, remove = list[Path](), forget_module._remove
+
+    def until_killed(store: Store, path: Path) -> None:
+        if len(removed) == steps:
+            raise KeyboardInterrupt
+        removed.append(path)
+        remove(store, path)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(forget_module, "_remove", until_killed)
+        with pytest.raises(KeyboardInterrupt):
+            forget(store, [ref_of(Blob.of(b"one"))])
+    forget(store, [ref_of(Blob.of(b"one"))], idle=-1.0)
+    assert texts(store) == {b"other", b"person of other", b"pose 1", b"pose 2", b"person of other and pose 1 and pose 2"}
 
 
 def test_what_a_stopped_run_left_goes_when_nobody_can_be_using_it(store: Store) -> None:

@@ -21,7 +21,8 @@ from a2v.errors import A2VError
 SECONDS = 10.0
 MEGABYTES = 1000.0
 HANG = 60
-"""Seconds by the clock after which a reader that waits for something is stopped; the machine may be busy."""
+"""Seconds by the clock after which a reader that has computed for less than `IDLE` meanwhile is stopped: it waits for something that never comes."""
+IDLE = 1.0
 
 
 class Hang(BaseException):
@@ -30,17 +31,21 @@ class Hang(BaseException):
 
 @dataclass
 class Tally:
-    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper bound of the memory that one of them took."""
+    """What was tried so far: cases, how many were refused, the slowest one's seconds, and an upper bound of the memory that one of them took;
+    files that were written and looked into, and people and videos that were deleted and looked for."""
 
     cases: int = 0
     refused: int = 0
     slowest: float = 0.0
     megabytes: float = 0.0
+    files: int = 0
+    deleted: int = 0
 
     def add(self, other: Tally) -> None:
         """Count another one's cases too."""
         self.cases, self.refused = self.cases + other.cases, self.refused + other.refused
         self.slowest, self.megabytes = max(self.slowest, other.slowest), max(self.megabytes, other.megabytes)
+        self.files, self.deleted = self.files + other.files, self.deleted + other.deleted
 
 
 COUNT = int(os.environ.get("A2V_FUZZ", "0"))
@@ -75,19 +80,29 @@ VALUES = st.recursive(
 def owes_a_sentence(read: Callable[[], object]) -> None:
     """Run a reader: it gives a value, or raises an error of a2v of one short line, soon and within a gigabyte."""
     begun, said, before = time.process_time(), "a value", _resident()
-    old = signal.signal(signal.SIGALRM, _hang)
-    signal.alarm(HANG)
+    last = begun
+
+    def look(number: int, frame: object) -> None:
+        nonlocal last
+        spent, last = time.process_time() - last, time.process_time()
+        if spent < IDLE or last - begun > SECONDS:
+            raise Hang(f"{last - begun:.1f} s of processor time, {spent:.1f} of them within the last {HANG} s by the clock")
+
+    old = [(kind, signal.signal(kind, look)) for kind in (signal.SIGALRM, signal.SIGPROF)]
+    signal.setitimer(signal.ITIMER_REAL, HANG, HANG)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS + IDLE)
     try:
         read()
     except A2VError as error:
         said = str(error)
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, old)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        for kind, handler in old:
+            signal.signal(kind, handler)
     seconds = time.process_time() - begun  # the machine may be busy
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 - before
-    test = os.environ.get("PYTEST_CURRENT_TEST", "").split("::")[-1].split(" ")[0]
-    TALLIES.setdefault(test, Tally()).add(Tally(1, int(said != "a value"), seconds, megabytes))
+    count(Tally(1, int(said != "a value"), seconds, megabytes))
     assert said
     assert "\n" not in said
     assert len(said) < 1500
@@ -95,8 +110,19 @@ def owes_a_sentence(read: Callable[[], object]) -> None:
     assert megabytes < MEGABYTES
 
 
-def _hang(number: int, frame: object) -> None:
-    raise Hang(f"nothing came back within {HANG} s")
+def count(tally: Tally) -> None:
+    """Add to what the test that runs has tried."""
+    test = os.environ.get("PYTEST_CURRENT_TEST", "").split("::")[-1].split(" ")[0]
+    TALLIES.setdefault(test, Tally()).add(tally)
+
+
+def are_whole(folder: Path, names: str, read: Callable[[Path], object]) -> None:
+    """Nothing below `folder` is unfinished, and `read` reads all files of these names (a glob)."""
+    found = [path for path in folder.rglob("*") if path.is_file()]
+    assert not [path for path in found if path.name.startswith(".") and "-a2v" in path.name]
+    for path in folder.rglob(names):
+        read(path)
+    count(Tally(files=len(found)))
 
 
 def _resident() -> float:

@@ -145,7 +145,7 @@ def _height(offsets: FloatArray, parents: Sequence[int], canonical: dict[str, in
             joint = int(parents[joint])
         return total
 
-    legs = [reach(canonical[f"{s}_ankle"], canonical[f"{s}_hip"]) for s in ("left", "right") if f"{s}_ankle" in canonical]
+    legs = [reach(canonical[f"{s}_ankle"], canonical[f"{s}_hip"]) for s in ("left", "right") if {f"{s}_ankle", f"{s}_hip"} <= set(canonical)]
     top = canonical.get("head", canonical.get("neck", canonical.get("left_shoulder", 0)))
     return (float(np.mean(legs)) + reach(top, 0)) * 1.17 if legs else float(length.sum())
 

@@ -7,6 +7,7 @@ import contextlib
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import psutil
@@ -15,9 +16,12 @@ import pytest
 from a2v.errors import InputError
 from pipelines.engine.store import Store, put, using
 from pipelines.nodes.values import Blob
+from pipelines.serve import desk as desk_module
 from pipelines.serve.desk import Desk
+from pipelines.serve.guard import Guard
 from pipelines.serve.records import Job, Library, Photo
 from pipelines.serve.talk import ORIGINAL
+from pipelines.serve.threads import Threads
 from pipelines.serve.wishes import Wish
 from tests.support.page import arrived
 
@@ -220,6 +224,104 @@ def test_a_person_who_is_removed_is_forgotten_unless_the_photo_is_here_twice(tmp
         assert store.has(refs["other"])
 
     go(desk, remove)
+
+
+def test_a_server_that_ends_before_it_has_forgotten_does_so_after_its_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed between the removal and the forgetting; of somebody whose photo came again meanwhile everything stays."""
+    desk = desk_of(tmp_path, "gone", "back")
+    store, names = Store(tmp_path / "store"), ("gone", "back")
+    with using(store):
+        left = {name: put(Blob.of(b"person of " + name.encode())) for name in names}
+        for name in names:
+            store.remember("person", name * 20, left[name], {}, given=[put(Blob.of(name.encode()))])
+
+    async def killed(*digests: object) -> Any:
+        raise asyncio.CancelledError
+
+    desk._forget = killed  # type: ignore[method-assign,assignment]
+    for photo in list(desk.library.photos.values()):
+        with contextlib.suppress(asyncio.CancelledError):
+            asyncio.run(desk.remove(photo))
+    assert all(map(store.has, left.values()))
+    for name, value in (("SETTLED_SECONDS", 0.2), ("_TICK_SECONDS", 0.1)):
+        monkeypatch.setattr(desk_module, name, value)
+
+    async def wait() -> None:
+        await until(lambda: not (tmp_path / "page" / "forgetting").exists())
+
+    go(desk_of(tmp_path, "back"), wait)
+    assert [store.has(left[name]) for name in names] == [False, True]
+
+
+def test_a_cancellation_that_gets_lost_does_not_keep_the_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As by `asyncio.wait_for` of Python 3.10 and 3.11, which returns what is just done instead."""
+    desk = desk_of(tmp_path)
+    lost = list[int]()
+
+    async def deaf() -> None:
+        while True:
+            try:
+                await asyncio.sleep(3600)
+            except asyncio.CancelledError:
+                lost.append(1)
+                if len(lost) > 1:
+                    raise
+
+    monkeypatch.setattr(desk, "_rest", deaf)
+
+    async def briefly() -> None:
+        await asyncio.sleep(0.1)
+
+    go(desk, briefly)
+    assert len(lost) == 2
+
+
+def test_threads_answer_wait_for_their_turn_and_keep_nobody() -> None:
+    running, most = list[int](), list[int]()
+
+    def work(number: int) -> int:
+        running.append(number)
+        most.append(len(running))
+        time.sleep(0.05)
+        running.remove(number)
+        if number == 3:
+            raise InputError("three")
+        return number
+
+    async def all_of_them() -> list[Any]:
+        threads = Threads(2)
+        return await asyncio.gather(*(threads.do(work, number) for number in range(5)), return_exceptions=True)
+
+    answers = asyncio.run(all_of_them())
+    assert [str(answer) for answer in answers] == ["0", "1", "2", "three", "4"]
+    assert max(most) == 2
+
+    async def gives_up() -> None:
+        with contextlib.suppress(asyncio.TimeoutError, TimeoutError):
+            await asyncio.wait_for(Threads(1).do(Event().wait), 0.1)
+
+    asyncio.run(gives_up())  # would not return with `asyncio.to_thread`
+
+
+def test_a_request_that_the_end_of_the_server_cuts_off_is_answered() -> None:
+    sent = list[Any]()
+
+    async def inner(scope: Any, receive: Any, send: Any) -> None:
+        await asyncio.sleep(3600)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    async def ended() -> None:
+        scope = {"type": "http", "path": "/key/", "headers": [(b"host", b"localhost")]}
+        request = asyncio.ensure_future(Guard(inner, "key")(scope, send, send))  # type: ignore[arg-type]
+        await asyncio.sleep(0.01)
+        request.cancel()
+        await request
+
+    asyncio.run(ended())
+    assert sent[0]["status"] == 503
+    assert b"the page ends" in sent[1]["body"]
 
 
 def test_what_was_cut_off_in_the_middle_is_cleared_at_the_start(tmp_path: Path) -> None:

@@ -1,0 +1,44 @@
+"""What is still to be forgotten: kept in a file, so that a server that ends in between forgets it after its next start."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import time
+from pathlib import Path
+
+from a2v.errors import A2VError
+from a2v.io import read_bytes
+
+MAX_BYTES = 1 << 20
+_DIGEST = re.compile(r"[0-9a-f]{16,128}")
+
+
+class Owed:
+    """Digests of photos that were removed.
+
+    Parameters
+    ----------
+    path : the file; it is there as long as something is owed
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def add(self, digest: str) -> None:
+        """Note a photo before anything of it goes. On a full disk nothing is noted: what is forgotten at once is forgotten all the same."""
+        with contextlib.suppress(OSError), self._path.open("a", encoding="ascii") as stream:
+            stream.write(f"{digest}\n")
+
+    def due(self, seconds: float) -> set[str] | None:
+        """The digests, if none was added for so long (or the clock was set back); None if nothing is due."""
+        with contextlib.suppress(OSError, A2VError):
+            if not 0 <= time.time() - self._path.stat().st_mtime <= seconds:
+                return set(_DIGEST.findall(read_bytes(self._path, limit=MAX_BYTES, empty=True).decode("ascii", "replace")))
+        return None
+
+    def paid(self, digests: set[str]) -> None:
+        """These are forgotten; what was added meanwhile stays."""
+        with contextlib.suppress(OSError, A2VError):
+            if set(_DIGEST.findall(read_bytes(self._path, limit=MAX_BYTES, empty=True).decode("ascii", "replace"))) <= digests:
+                self._path.unlink()

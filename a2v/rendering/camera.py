@@ -212,11 +212,6 @@ def check_views(views: Sequence[str], cameras: Sequence[CameraPath] = ()) -> Non
         raise InputError(f"unknown view '{unknown[0]}'; choose from {', '.join(known)}")
 
 
-def _standing_at(origin: tuple[float, float, float], aims: FloatArray, fov: float) -> tuple[ViewCamera, ...]:
-    """A camera that stands and aims at points (T, 3)."""
-    return tuple(ViewCamera(origin=origin, target=_triple(aim), fov=fov) for aim in aims)
-
-
 def follow_cameras(
     track: FloatArray,
     settings: RenderSettings = RenderSettings(),  # noqa: B008 - frozen
@@ -263,19 +258,19 @@ def follow_cameras(
     shared = subject.path if settings.follow else subject.still
     needed = np.max([subject.least_distances(shared, one.toward(frames, front), one.fov) for one in standing], axis=0)
     found: dict[str, tuple[ViewCamera, ...]] = {}
-    for camera in (*standing, TURNTABLE, *cameras):
-        if camera.name not in settings.views:
-            continue
+    for camera in (one for one in (*standing, TURNTABLE, *cameras) if one.name in settings.views):
         if camera.origin is not None:
-            found[camera.name] = _standing_at(camera.origin, subject.path if camera.target is None else np.tile(camera.target, (frames, 1)), camera.fov)
+            aims = subject.path if camera.target is None else np.tile(camera.target, (frames, 1))
+            found[camera.name] = tuple(ViewCamera(origin=camera.origin, target=_triple(aim), fov=camera.fov) for aim in aims)
             continue
         targets, toward = subject.path if camera.follow else subject.still, camera.toward(frames, front)
         own = needed if camera in standing else subject.least_distances(targets, toward, camera.fov)
-        eased = camera.follow and (camera in standing or camera is TURNTABLE)
-        distances = subject.eased_distances(own, camera.fov) if eased else np.full(frames, camera.distance or own.max())
+        eases = camera.follow and (camera in standing or camera is TURNTABLE)
+        distances = subject.eased_distances(own, camera.fov) if eases else np.full(frames, camera.distance or own.max())
         origins = targets + distances[:, None] * toward
-        pairs = zip(origins, targets, strict=True)
-        found[camera.name] = tuple(ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov) for origin, target in pairs)
+        found[camera.name] = tuple(
+            ViewCamera(origin=_triple(origin), target=_triple(target), fov=camera.fov) for origin, target in zip(origins, targets, strict=True)
+        )
     return {view: found[view] for view in settings.views}
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -148,19 +148,23 @@ class Person:
 
 
 def make_character(
-    photo: Where,
+    photo: Where | None = None,
     *,
+    photos: Sequence[Where] = (),
     progress: bool | Listener = False,
     cache: Where | None = None,
     workers: int | None = None,
     **values: object,
 ) -> Person:
-    """Make the character of the person in a photo.
+    """Make the character of the person in a photo, or in several.
 
     Parameters
     ----------
     photo : path
         The person, seen whole.
+    photos : sequence of paths
+        Instead: two to eight photos of the same person in the same clothes, from several sides. The character is made in the first one's pose;
+        the order of the others means nothing.
     progress : bool or function of an `Update`
         True draws bars on standard error; a function hears how far the stages are.
     cache : path or None
@@ -175,7 +179,14 @@ def make_character(
     InputError
         An unknown name, a value or a file that cannot be used, or nobody is found in the photo.
     """
-    request, running = PersonRequest.of(photo=photo, **values), _Running.of(progress, cache, workers)
+    given = [os.fspath(path) for path in (*(() if photo is None else (photo,)), *photos)]
+    if not given:
+        raise InputError("no photo given; name one, or several of the same person as photos=")
+    if named := [path for path in given[1:] if "," in path]:
+        raise InputError(f"the name {named[0]} has a comma, which stands between further photos; rename it")
+    if given[1:]:
+        values["more"] = ",".join(given[1:])
+    request, running = PersonRequest.of(photo=given[0], **values), _Running.of(progress, cache, workers)
     outcome = running.run("character", request.resolve(Store(running.cache)))
     return Person(request=request, character=outcome.get("character", Character), notes=outcome.notes, running=running)
 

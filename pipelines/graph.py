@@ -8,19 +8,14 @@ from typing import Any
 from pipelines.engine.graph import Step
 
 
-def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
-    """The steps from a photo and an action (or a recorded motion) to the video and the exports."""
-    from pipelines.nodes import animation, body, export, motion, place, reconstruction, rendering, subject
+def video_graph(*, recorded: bool = False, several: bool = False) -> tuple[Step, ...]:
+    """The steps from a photo (or several of one person) and an action (or a recorded motion) to the video and the exports."""
+    from pipelines.nodes import animation, export, motion, place, rendering, subject
 
     return (
         Step(motion.recorded_motion if recorded else motion.motion, "motion"),
         Step(subject.subject, "subject"),
-        Step(body.photo_body, ("photo_body", "photo_camera")),
-        Step(reconstruction.surface, "surface"),
-        Step(body.body, "body"),
-        Step(reconstruction.surface_with_hands, "surface_with_hands"),
-        Step(reconstruction.surface_with_face, "surface_with_face"),
-        Step(reconstruction.colored_surface, "colored_surface"),
+        *(_of_several_photos() if several else _of_one_photo()),
         Step(animation.character, "character"),
         Step(animation.poses, "poses"),
         Step(animation.props, "props"),
@@ -31,7 +26,6 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(rendering.frame, "frame", "vertices[t], camera[t, c] -> frame[t, c]", together=_views_of_a_pose),
         Step(rendering.clip, "clip", "frame[:, c] -> clip[c]"),
         Step(rendering.video, "video"),
-        Step(reconstruction.shaded_surface, "shaded_surface"),
         Step(place.place, "place"),
         Step(place.photo_frame, "photo_frame", "vertices[t] -> photo_frame[t]"),
         Step(place.photo_clip, "photo_clip"),
@@ -39,6 +33,39 @@ def video_graph(*, recorded: bool = False) -> tuple[Step, ...]:
         Step(export.glb, "glb"),
         Step(export.bvh, "bvh"),
         Step(export.still, "still"),
+    )
+
+
+def _of_one_photo() -> tuple[Step, ...]:
+    """From the person in a photo to the coloured surface."""
+    from pipelines.nodes import body, reconstruction
+
+    return (
+        Step(body.photo_body, ("photo_body", "photo_camera")),
+        Step(reconstruction.surface, "surface"),
+        Step(body.body, "body"),
+        Step(reconstruction.surface_with_hands, "surface_with_hands"),
+        Step(reconstruction.surface_with_face, "surface_with_face"),
+        Step(reconstruction.colored_surface, "colored_surface"),
+        Step(reconstruction.shaded_surface, "shaded_surface"),
+    )
+
+
+def _of_several_photos() -> tuple[Step, ...]:
+    """The same from several photos of one person; `p` counts the further ones, `v` all of them."""
+    from pipelines.nodes import photos
+
+    return (
+        Step(photos.other_subject, "other_subject", "other[p] -> other_subject[p]"),
+        Step(photos.each_subject, "each_subject", "... -> each_subject[v]"),
+        Step(photos.each_fit, "each_fit", "each_subject[v] -> each_fit[v]"),
+        Step(photos.joint_fit, "joint_fit", "... -> joint_fit[v]"),
+        Step(photos.each_surface, "each_surface", "each_subject[v], joint_fit[v] -> each_surface[v]"),
+        Step(photos.surface_fit, "surface_fit", "... -> surface_fit[v]"),
+        Step(photos.first_photo, ("photo_body", "photo_camera", "surface", "body")),
+        Step(photos.person_of_photos, "surface_with_face"),
+        Step(photos.colored_by_photos, "colored_surface"),
+        Step(photos.shaded_by_photos, "shaded_surface"),
     )
 
 

@@ -55,6 +55,7 @@ def option(
     metavar: str | None = None,
     choices: Sequence[str] | None = None,
     many: str = "",
+    more: str = "",
     rare: bool = False,
 ) -> Any:
     """A field that is an option; required where it has no default.
@@ -64,15 +65,16 @@ def option(
     names : what users call it, if not the field's name; without hyphens before it, a positional argument
     metavar : what its value is called
     many : "repeated" (``--x 1 --x 2``) or "listed" (``--x 1 2``) for a tuple
+    more : field of text that gets what is given after the first time, with commas
     rare : shown by ``--help-all`` only
     """
-    facts = {"help": help, "names": tuple(names), "metavar": metavar, "choices": choices, "many": many, "rare": rare}
+    facts = {"help": help, "names": tuple(names), "metavar": metavar, "choices": choices, "many": many, "more": more, "rare": rare}
     return dataclasses.field(default=default, metadata={"option": facts})
 
 
 def flag(help: str, *, rare: bool = False) -> Any:
     """A field that is True where the option is given."""
-    facts = {"help": help, "names": (), "metavar": None, "choices": None, "many": "flag", "rare": rare}
+    facts = {"help": help, "names": (), "metavar": None, "choices": None, "many": "flag", "more": "", "rare": rare}
     return dataclasses.field(default=False, metadata={"option": facts})
 
 
@@ -119,7 +121,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
     InputError
         Unknown, missing or malformed options.
     """
-    given = [_with_underscores(argument) for argument in arguments]
+    given = _gathered(kind, [_with_underscores(argument) for argument in arguments])
     level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
     parser = _parser(kind, f"a2v {command}", about, examples, level)
     _check_typed(kind, given)
@@ -155,6 +157,30 @@ def _of_no_kind(text: str) -> str:
         (words for name, words in (("int", "a whole number"), ("float", "a number")) if f"<class '{name}'>" in text), "another value"
     )
     return f"'{shorten(given[1], 60) if given else ''}'; expected {kind}"
+
+
+def _gathered(kind: type, given: Sequence[str]) -> list[str]:
+    """The arguments with what is given a second time and on, of options that have a field for it, as that field's value."""
+    result = list(given)
+    for name, field in _with_more(kind):
+        places = [place for place, argument in enumerate(result) if argument == f"--{name}" or argument.startswith(f"--{name}=")]
+        extra = list[str]()
+        for place in reversed(places[1:]):
+            together = "=" in result[place]
+            extra[:0] = [result[place].partition("=")[2]] if together else result[place + 1 : place + 2]
+            del result[place : place + (1 if together else 2)]
+        if extra:
+            result += [f"--{field}", ",".join(extra)]
+    return result
+
+
+def _with_more(kind: type) -> Iterator[tuple[str, str]]:
+    """Names of a dataclass' options that may be given again, and of the fields that the rest goes to."""
+    for item in dataclasses.fields(kind):
+        if "group" in item.metadata:
+            yield from _with_more(typing.get_type_hints(kind)[item.name])
+        elif more := (item.metadata.get("option") or {}).get("more"):
+            yield item.name, more
 
 
 def _check_typed(kind: type, given: Sequence[str]) -> None:

@@ -17,7 +17,7 @@ def run(target: str | Sequence[str], *, graph: Graph | None = None, **given: Any
     Parameters
     ----------
     target : name of an output, or several
-    graph : the steps; those of a video with a generated motion if None
+    graph : the steps; those of a video with a generated motion if None, of several photos where `other` is given
     given : options of `pipelines.engine.run.run` and the graph's inputs
 
     Raises
@@ -25,4 +25,4 @@ def run(target: str | Sequence[str], *, graph: Graph | None = None, **given: Any
     InputError
         An unknown target, parameter or override (it names the nearest), or a missing parameter; and what nodes raise.
     """
-    return run_graph(target, graph=video_graph() if graph is None else graph, **given)
+    return run_graph(target, graph=video_graph(several="other" in given) if graph is None else graph, **given)

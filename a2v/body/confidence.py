@@ -121,5 +121,5 @@ def doubts(residuals: Mapping[str, Any]) -> list[str]:
     limbs = [limb.replace("_", " ") for limb, error in residuals.get("limb_errors", {}).items() if error > DOUBTFUL]
     if limbs:
         names = f"{', '.join(limbs[:-1])} and {limbs[-1]}" if len(limbs) > 1 else limbs[0]
-        return [f"how far to the front or the back the {names} reaches is unsure; a photo that shows it from the side tells more"]
+        return [f"how far to the front or the back the {names} reaches is unsure; a second photo of the same person from the side tells more (--photo once more)"]
     return []

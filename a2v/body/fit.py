@@ -54,7 +54,7 @@ class FitResult:
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
+def one_thread() -> Iterator[None]:
     """PyTorch keeps to one thread: the fit's tensors are small, a second one only waits (as long by the clock, twice the processor's time)."""
     import torch
 
@@ -66,7 +66,7 @@ def _one_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-@_one_thread()
+@one_thread()
 def fit_body(
     subject: Subject,
     *,
@@ -109,16 +109,16 @@ def fit_body(
     evidence = gather_evidence(subject, settings)
     if camera is not None:
         evidence = dataclasses.replace(evidence, view=View.of(camera))
-    fit = _Fit(model, evidence, settings, progress or _silent)
+    fit = Fit(model, evidence, settings, progress or _silent)
     if surface is None:
-        return _carried(fit.to_photo() if initial is None else fit.refined(_unknowns_of(initial)), wanted)
+        return _carried(fit.to_photo() if initial is None else fit.refined(unknowns_of(initial)), wanted)
     assert camera is not None
     if initial is None:
         initial = dataclasses.replace(fit, progress=_silent).to_photo()
-        unknowns = _unknowns_of(initial)
+        unknowns = unknowns_of(initial)
         _move_to_camera(unknowns, old=initial.camera, new=camera)
     else:
-        unknowns = _unknowns_of(initial)
+        unknowns = unknowns_of(initial)
     return _carried(fit.to_surface(unknowns, surface, camera), wanted)
 
 
@@ -135,7 +135,7 @@ def _carried(result: FitResult, model: BodyModel) -> FitResult:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class Fit:
     """One fit: the model, what it is fitted to, how, and whom to tell about the progress."""
 
     model: AnnyModel
@@ -155,12 +155,12 @@ class _Fit:
         self.progress(2, self.total)
         best = self.refined(guess.unknowns)
         if self.settings.starts:
-            best = self._retried(best, mend_strays(self._objective(), self.model, _unknowns_of(best)))
+            best = self._retried(best, mend_strays(self._objective(), self.model, unknowns_of(best)))
             if looks_wrong(best.residuals):
                 best = self._search(best, objective)
         best = self._expecting(best)
         if self.settings.starts and not looks_wrong(best.residuals):
-            start = mend_doubtful(self._objective(), self.model, _unknowns_of(best), best.residuals["limb_errors"])
+            start = mend_doubtful(self._objective(), self.model, unknowns_of(best), best.residuals["limb_errors"])
             best = self._expecting(self._retried(best, start))
         return best
 
@@ -295,7 +295,7 @@ def _told(camera: PhotoCamera) -> dict[str, Any]:
     return {"distance": camera.distance, **perspective, "distance_from": camera.source}
 
 
-def _unknowns_of(result: FitResult) -> Unknowns:
+def unknowns_of(result: FitResult) -> Unknowns:
     """Unknowns at a finished fit."""
     parameters = result.body.parameters
     if "angles" not in parameters:

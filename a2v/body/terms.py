@@ -153,3 +153,11 @@ def joints_inside(landmarks: Tensor, targets: Tensor, *, weights: Tensor) -> Ten
     """Eq. 16 in depth: landmarks (33, 3) to the joints inside of the surface (33, 3), within 3 cm."""
     square = (landmarks[:, 2] - targets[:, 2]).square()
     return robust_sum(square, weights=weights, scale=0.1) / 0.03**2
+
+
+def alike(first: Tensor, second: Tensor, spread: Tensor) -> Tensor:
+    """What the angles (D,) of one person's poses in two photos cost where they differ: by a fifth of their `spread` (D,) in people who stand.
+
+    Robust, angle by angle: an arm that has moved is another arm's pose, and costs no more.
+    """
+    return geman_mcclure(((first - second) / (0.2 * spread)).square(), 2.0).sum(-1)

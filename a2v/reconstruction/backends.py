@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
-from a2v.reconstruction.color import ColorHints, ColorSettings, color_surface
+from a2v.reconstruction.canonical.several import Sight
+from a2v.reconstruction.color import ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
 from a2v.types import Body, Camera, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject, Surface
 
@@ -104,7 +105,7 @@ def plugged(name: str, **values: object) -> PluggedBackend:
 
 def backend_of(name: str, weights: str = "") -> Backend:
     """A backend with default settings, but with the weights of a folder of one's own ("" for the shipped ones; ignored where there are none)."""
-    return _backend(_with_weights(name, weights))
+    return _backend(settings_of(name, weights))
 
 
 def backend_digest(name: str, weights: str = "") -> str:
@@ -115,7 +116,7 @@ def backend_digest(name: str, weights: str = "") -> str:
     InputError
         They are missing.
     """
-    settings = _with_weights(name, weights)
+    settings = settings_of(name, weights)
     if not isinstance(settings, ImplicitSettings):
         return ""
     from a2v.reconstruction.implicit.model import ImplicitModel
@@ -123,7 +124,8 @@ def backend_digest(name: str, weights: str = "") -> str:
     return ImplicitModel.load(settings.weights or None).digest
 
 
-def _with_weights(name: str, weights: str) -> BackendSettings:
+def settings_of(name: str, weights: str = "") -> BackendSettings:
+    """The default settings of a backend, with weights of one's own as `backend_of` takes them."""
     settings = plugged(name) if name in PLUGGED else {**SETTINGS, **ABLATIONS}[name]
     return dataclasses.replace(settings, weights=weights) if isinstance(settings, ImplicitSettings) else settings
 
@@ -136,10 +138,18 @@ def color_by_photo(
     *,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
+    others: Sequence[Sight] = (),
 ) -> Surface:
-    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere."""
+    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere.
+
+    `others` are further photos of a canonical person; the one that shows the face (``provenance["face_photo"]``) is then the main one.
+    """
     from a2v.body.spots import nearest_spots, spots_of
 
+    if others:
+        from a2v.reconstruction.canonical.coloring import color_by_photos
+
+        return color_by_photos(person, [Sight(subject, body, camera, person), *others], settings=settings or ColorSettings(), progress=progress)
     standing, canvas = person.surface.standing, None
     seen = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
     if standing is None:
@@ -149,8 +159,9 @@ def color_by_photo(
 
         spots = spots_of(standing.anchors, body)
         canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
-    hints = ColorHints(prior=person.expected_colors, spots=spots, canvas=canvas)
-    colored = color_surface(seen, subject, camera.flat, hints=hints, settings=settings, progress=progress)
+    colored = color_surface(
+        seen, subject, camera.flat, prior=person.expected_colors, spots=spots, canvas=canvas, settings=settings, progress=progress
+    )
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 
@@ -162,7 +173,7 @@ def color_by_equation(person: Reconstruction, subject: Subject, body: Body, came
 def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
     """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
     from a2v.geometry.colors import to_bytes
-    from a2v.reconstruction.projection import clean_colors
+    from a2v.reconstruction.color_prior import clean_colors
 
     clean = clean_colors(subject)
     height, width = clean.shape[:2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -11,23 +12,28 @@ import numpy as np
 from a2v.body.parts import on_parts
 from a2v.body.spots import Spots
 from a2v.errors import InputError
-from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.mesh import vertex_normals
 from a2v.reconstruction.atlas import Atlas, make_atlas
 from a2v.reconstruction.backs import Continuation, Seen, continue_photo, find_twins, seen_before
-from a2v.reconstruction.backs.labels import HANDS
-from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
+from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
 from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_colors
-from a2v.reconstruction.face.colors import EYE, FacePaint, face_paint
+from a2v.reconstruction.face.colors import face_paint
+from a2v.reconstruction.merged import OtherPhoto, on_vertices
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
-from a2v.reconstruction.tones import even_tones, without_hues, without_strangers
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
 RIM = (0.015, 0.035)
 """Up to the first distance, metres, from what the photo shows well its colours go on, from the second on those of a given prior hold."""
+_TONED = 15
+"""At least so many vertices tell the tone of skin or hair."""
+_AROUND = 150
+"""So many vertices that are seen say what a hidden one looks like."""
+TONE = np.array([0.6, 0.75, 0.75])
+"""So much of lightness, a and b of skin and hair that the photo does not show is the median of what it shows."""
 
 
 @dataclass(frozen=True)
@@ -73,42 +79,15 @@ class ColorSettings:
             raise InputError(f"band is {self.band}; expected 0 to 0.2 metres")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ColorHints:
-    """What is known of a surface beside the photo.
-
-    Attributes
-    ----------
-    prior : (V, 3) or None
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. None: the front mirrored, hair on the
-        back of the head.
-    spots : Spots or None
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). None: the head from the landmarks, and nothing is continued.
-    canvas : Canvas or None
-        Of a canonical person: its texture layout, and which pixels are of which part. None: charts are cut from the surface, and every
-        pixel is of what it meets.
-    """
-
-    prior: FloatArray | None = None
-    spots: Spots | None = None
-    canvas: Canvas | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class _Mesh:
-    """The surface: vertices (V, 3), metres, faces (F, 3), unit normals (V, 3)."""
-
-    vertices: FloatArray
-    faces: IntArray
-    normals: FloatArray
-
-
 def color_surface(
     surface: Surface,
     subject: Subject,
     camera: OrthographicCamera,
     *,
-    hints: ColorHints = ColorHints(),
+    prior: FloatArray | None = None,
+    spots: Spots | None = None,
+    canvas: Canvas | None = None,
+    others: Sequence[OtherPhoto] = (),
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -121,8 +100,16 @@ def color_surface(
     subject : Subject
     camera : OrthographicCamera
         Of `subject.image`.
-    hints : ColorHints
-        What else is known of the surface.
+    prior : (V, 3), optional
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. Default: the front mirrored, hair on the
+        back of the head.
+    spots : Spots, optional
+        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
+
+    canvas : Canvas, optional
+        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and every pixel is of what it meets.
+    others : sequence of OtherPhoto, optional
+        Further photos of a canonical person.
 
     Returns
     -------
@@ -135,7 +122,7 @@ def color_surface(
     InputError
         Arrays of the wrong shape, or a surface that the camera does not see.
     """
-    settings, prior, spots, canvas = settings or ColorSettings(), hints.prior, hints.spots, hints.canvas
+    settings = settings or ColorSettings()
     report = progress or (lambda done, total: None)
     vertices = np.asarray(surface.vertices, np.float64)
     faces = np.asarray(surface.faces, np.int64)
@@ -165,6 +152,11 @@ def color_surface(
     if paint is not None:
         known[paint.inner], colors[paint.inner] = True, paint.colors
     expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
+    main = known
+    if others:
+        others = tuple(other.beside(known, colors, faces, None if surface.face is None else surface.face.patch) for other in others)
+        known, colors = on_vertices(trust, known, colors, others)
+        seen, photo.known = seen | known, known
     near = _nearest_vertices(apart, settings.neighbors)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
@@ -174,7 +166,7 @@ def color_surface(
         reach, _ = _nearest_known(apart, known)
     continued = None
     if settings.synthesis and spots is not None:
-        continued = _continued(photo, _Mesh(vertices, faces, normals), colors, expected, trust=trust, spots=spots, neighbors=near)
+        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, main=main, spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
@@ -185,16 +177,18 @@ def color_surface(
     solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
+        base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
-    baked = (_Mesh(vertices, faces, normals), np.clip(base, 0, 1), photo, paint, continued)
-    uv, texture = _bake(*baked, atlas.result()) if atlas is not None else (None, None)
+    baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
+    uv, texture = bake(*baked, atlas.result(), others) if atlas is not None else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     if continued is not None:
         provenance["synthesis"] = dict(continued.report())
+    if others:
+        provenance["exposures"] = [[round(float(value), 3) for value in other.gain] for other in others]
     return dataclasses.replace(surface, colors=final.astype(np.float32), uv=uv, texture=texture, visible=seen, provenance=provenance)
 
 
@@ -209,7 +203,9 @@ def _expected(
     head: BoolArray | None,
 ) -> tuple[FloatArray, FloatArray]:
     """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
-    expected = mirrored_prior(photo, vertices, normals, colors, known=known, head=head)
+    expected = mirrored_prior(
+        vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
+    )
     reach, nearest = _nearest_known(vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
@@ -220,26 +216,30 @@ def _expected(
 
 def _continued(
     photo: PhotoProjection,
-    mesh: _Mesh,
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
     colors: FloatArray,
     expected: FloatArray,
     *,
     trust: FloatArray,
+    known: BoolArray,
+    main: BoolArray,
     spots: Spots,
     neighbors: IntArray,
 ) -> Continuation:
-    """What the photo shows, continued over the unseen side."""
-    known, pixels = photo.known, photo.camera.project(mesh.vertices)
-    face, skin = seen_face(photo.subject, pixels, colors, known=known, head=_head(spots))
+    """What the photo shows, continued over the side that is unseen; `main` (V,) are those of the `known` (V,) vertices that this very photo shows."""
+    pixels = photo.camera.project(vertices)
+    face, skin = seen_face(photo.subject, pixels, colors, known=main, head=_head(spots))
     if skin is None:  # who turns away shows hands
         skin = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
     square = known & (trust > 0.9)  # at a glance the background, and what is before, shines in
     seen = Seen(
-        vertices=mesh.vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
-        front=seen_before(pixels, known, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
+        front=seen_before(pixels, main, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face,
     )  # fmt: skip
-    return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
+    return continue_photo(seen, faces, normals, photo.clean, photo.camera)
 
 
 def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
@@ -287,9 +287,42 @@ def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArr
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
+def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
+    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another."""
+    from skimage.color import lab2rgb, rgb2lab
+
+    result, skin = base.copy(), None
+    for own in ((labels == SKIN) & bare, labels == HAIR):
+        if (own & known).sum() < _TONED or not (own & ~known).any():
+            continue
+        seen = rgb2lab(np.clip(base[own & known], 0, 1))
+        if skin is not None:  # at its border hair is mixed with skin
+            away = np.linalg.norm(seen - skin, axis=1)
+            seen = seen[away >= np.median(away)]
+        tone = skin = np.median(seen, axis=0)
+        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
+        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
+    return result
+
+
 def _atlas(vertices: FloatArray, faces: IntArray, camera: OrthographicCamera, canvas: Canvas | None, size: int) -> Atlas:
     """The layout of the texture."""
     return make_atlas(vertices, faces, size=size, density=1.5 * camera.scale) if canvas is None else canvas.atlas
+
+
+def without_strangers(expected: FloatArray, colors: FloatArray, canvas: Canvas, pixels: FloatArray, known: BoolArray) -> FloatArray:
+    """Expected colours (V, 3) where the photo's pixel is another part's: the median of what it shows next to it on the same limb at rest; the nearest alone lies in the shadow of what hides it."""
+    from scipy.spatial import cKDTree
+
+    lost = ~known & (canvas.agrees(pixels, canvas.parts) < 0.5)
+    result = expected.copy()
+    for names in LIMB_PARTS:
+        own = on_parts(canvas.parts, *names)
+        shown = np.flatnonzero(own & known)
+        if (own & lost).any() and len(shown) >= 20:
+            beside = cKDTree(canvas.rest[shown]).query(canvas.rest[own & lost], k=min(_AROUND, len(shown)), workers=1)[1]
+            result[own & lost] = np.median(colors[shown[beside]], axis=1)
+    return result
 
 
 def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
@@ -300,56 +333,3 @@ def _nearest_vertices(vertices: FloatArray, count: int) -> IntArray:
     own = neighbors == np.arange(len(neighbors))[:, None]
     own[~own.any(axis=1), -1] = True
     return np.asarray(neighbors[~own].reshape(len(neighbors), count))
-
-
-def _bake(
-    mesh: _Mesh,
-    colors: FloatArray,
-    photo: PhotoProjection,
-    paint: FacePaint | None,
-    continued: Continuation | None,
-    atlas: Atlas,
-) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere."""
-    size, faces = atlas.size, mesh.faces
-    texture = np.zeros((size, size, 3), np.uint8)
-    borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
-    for top in range(0, size, 256):
-        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
-        if not len(rows):
-            continue
-        rows = rows + top
-        corner = faces[atlas.face[rows, columns]]
-        weight = atlas.barycentric[rows, columns][..., None]
-        point = (mesh.vertices[corner] * weight).sum(axis=1)
-        normal = (mesh.normals[corner] * weight).sum(axis=1)
-        trust = photo.trust(point, normal)[:, None]
-        if photo.canvas is not None:
-            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
-            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
-        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
-        sharp = sample_image(photo.clean, photo.camera.project(point))
-        if paint is not None:
-            kind = paint.kinds[corner].max(axis=1)
-            eye = kind == EYE
-            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
-            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
-        if continued is not None:
-            detail = continued.at(point, corner, weight[..., 0])
-            if photo.canvas is not None:
-                detail = without_hues(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
-            smooth = smooth + detail
-        mixed = trust * sharp + (1 - trust) * smooth
-        texture[rows, columns] = np.clip(mixed * 255 + 0.5, 0, 255).astype(np.uint8)
-    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
-    filled_texel = atlas.face >= 0
-    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
-    middle = atlas.uv[missed].mean(axis=1) * size
-    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
-    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
-    lone = ~filled_texel[row, column]
-    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
-    filled_texel[row[lone], column[lone]] = True
-    # carry the charts' borders on, so that filtering and mipmaps see no gaps
-    index = nearest_known(filled_texel)
-    return atlas.uv, texture[index[0], index[1]]

@@ -2,12 +2,42 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.projection import PhotoProjection
-from a2v.types import BoolArray, FloatArray, Subject
+from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
+
+
+def clean_colors(subject: Subject) -> FloatArray:
+    """The person's own colours (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no background bleeds in.
+
+    Foreground colours by multi-level estimation (Germer et al. 2020, pymatting) where the matte is trusted, the nearest such pixel elsewhere.
+    """
+    import cv2
+
+    image, alpha = subject.image, np.asarray(subject.mask, np.float32)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numba remarks on its threading layer
+        from pymatting import estimate_foreground_ml
+
+        foreground = np.clip(estimate_foreground_ml(image.astype(np.float64) / 255, alpha.astype(np.float64)), 0, 1).astype(np.float32)
+    person = alpha > 0.5
+    tall = float(np.ptp(np.nonzero(person)[0]) + 1)
+    shrink = max(1.0, 0.003 * tall)
+    depth = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
+    core = (depth > shrink) & (alpha > 0.9)
+    if not core.any():
+        core = person
+    # fingers have no core: their middle is the best there is
+    far = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) > 3 * shrink
+    core |= person & far
+    index = nearest_known(core)
+    spread = foreground[index[0], index[1]]
+    soft = cv2.GaussianBlur(spread, (0, 0), shrink)
+    return np.where(core[..., None], foreground, soft).astype(np.float32)
 
 
 def head_box(subject: Subject, *, least: float = 0.3) -> tuple[float, float, float, float, float] | None:
@@ -56,7 +86,15 @@ def skin_of_hands(colors: FloatArray) -> FloatArray | None:
 
 
 def mirrored_prior(
-    photo: PhotoProjection, vertices: FloatArray, normals: FloatArray, colors: FloatArray, *, known: BoolArray, head: BoolArray | None
+    vertices: FloatArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    *,
+    known: BoolArray,
+    clean: FloatArray,
+    subject: Subject,
+    camera: OrthographicCamera,
+    head: BoolArray | None,
 ) -> FloatArray:
     """Prior colours (V, 3) for Eq. 14.
 
@@ -66,17 +104,17 @@ def mirrored_prior(
 
     Parameters
     ----------
-    photo : PhotoProjection
     vertices, normals : (V, 3)
-        Metres, in the frame of the photo's camera; unit.
+        Metres, in the frame of `camera`; unit.
     colors : (V, 3), known : (V,) bool
         Colours of the vertices, and which of them the photo saw for certain.
+    clean : (H, W, 3)
+        `clean_colors(subject)`.
     head : (V,) bool, optional
         Vertices of head and neck; guessed from the landmarks where None.
     """
     import cv2
 
-    subject, camera, clean = photo.subject, photo.camera, photo.clean
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
     blur = max(0.8, 0.004 * tall)

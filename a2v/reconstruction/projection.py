@@ -2,44 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
-from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.images import sample_image
 from a2v.geometry.steps import smoothstep
 from a2v.geometry.visibility import depth_map
 from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.color_prior import clean_colors
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subject, Surface
-
-
-def clean_colors(subject: Subject) -> FloatArray:
-    """The person's own colours (H, W, 3) float32 in [0, 1], carried on beyond the silhouette: no background bleeds in.
-
-    Foreground colours by multi-level estimation (Germer et al. 2020, pymatting) where the matte is trusted, the nearest such pixel elsewhere.
-    """
-    import cv2
-
-    image, alpha = subject.image, np.asarray(subject.mask, np.float32)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numba remarks on its threading layer
-        from pymatting import estimate_foreground_ml
-
-        foreground = np.clip(estimate_foreground_ml(image.astype(np.float64) / 255, alpha.astype(np.float64)), 0, 1).astype(np.float32)
-    person = alpha > 0.5
-    tall = float(np.ptp(np.nonzero(person)[0]) + 1)
-    shrink = max(1.0, 0.003 * tall)
-    depth = cv2.distanceTransform(person.astype(np.uint8), cv2.DIST_L2, 5)
-    core = (depth > shrink) & (alpha > 0.9)
-    if not core.any():
-        core = person
-    # fingers have no core: their middle is the best there is
-    far = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) > 3 * shrink
-    core |= person & far
-    index = nearest_known(core)
-    spread = foreground[index[0], index[1]]
-    soft = cv2.GaussianBlur(spread, (0, 0), shrink)
-    return np.where(core[..., None], foreground, soft).astype(np.float32)
 
 
 class PhotoProjection:

@@ -19,7 +19,7 @@ from a2v.io import read_bytes, shorten
 from a2v.plain_yaml import parse_yaml
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
-from pipelines.requests.person import PersonStages
+from pipelines.requests.person import PersonStages, listed
 from pipelines.requests.video import FILES, MAYBE_FILES, VideoRequest, names
 
 MAX_FILE_BYTES = 64 << 20
@@ -144,6 +144,8 @@ def _row(number: int, cells: Mapping[str, object], base: Path, given: VideoReque
             beside = base / file
             if name in FILES or beside.exists():
                 values[name] = f"{beside}{frame}{which}"
+        if "more" in values:
+            values["more"] = ",".join(str(base / path) for path in listed(values["more"]))
         called = values.pop("name", "")
         row = Row(number=number, name=called, request=given.changed(**values))
     except (InputError, OSError, ValueError) as error:

@@ -172,9 +172,10 @@ class Planner:
         return known
 
     def _make(self, kind: Kind, parameters: Parameters, digests: Mapping[str, _Digest], recorded: bool) -> Task:
-        own = {name: parameters[name] for name in _inputs(kind, recorded)}
+        several = "other" in parameters
+        own = {name: parameters[name] for name in _inputs(kind, recorded, several)}
         files = {value.digest: self._stored(value) for value in own.values() if isinstance(value, File) and self._store.remote}
-        return Task(kind, make_key(kind, {name: digests[name] for name in own}, recorded), own, recorded, files=files)
+        return Task(kind, make_key(kind, {name: digests[name] for name in own}, recorded, several), own, recorded, files=files)
 
     def _stored(self, file: File) -> Ref[Any]:
         if file.digest not in self._files:
@@ -185,19 +186,19 @@ class Planner:
 
 
 @functools.cache
-def steps_of(kind: Kind, recorded: bool) -> Graph:
+def steps_of(kind: Kind, recorded: bool, several: bool = False) -> Graph:
     """The steps of a kind of task."""
-    return needed_for(video_graph(recorded=recorded), TARGETS[kind])
+    return needed_for(video_graph(recorded=recorded, several=several), TARGETS[kind])
 
 
 @functools.cache
-def _codes(kind: Kind, recorded: bool) -> tuple[str, ...]:
-    return tuple(step.node.code() for step in steps_of(kind, recorded))
+def _codes(kind: Kind, recorded: bool, several: bool) -> tuple[str, ...]:
+    return tuple(step.node.code() for step in steps_of(kind, recorded, several))
 
 
 @functools.cache
-def _inputs(kind: Kind, recorded: bool) -> tuple[str, ...]:
-    return inputs_of(steps_of(kind, recorded))
+def _inputs(kind: Kind, recorded: bool, several: bool) -> tuple[str, ...]:
+    return inputs_of(steps_of(kind, recorded, several))
 
 
 @dataclass(frozen=True)
@@ -221,10 +222,10 @@ class _Digest:
         return cls(value, str(joblib.hash(known)), repr(known))
 
 
-def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool) -> str:
+def make_key(kind: Kind, parameters: Mapping[str, _Digest], recorded: bool, several: bool = False) -> str:
     """What names a task's result: its nodes' code and its parameters."""
     named = sorted((name, digest.hash) for name, digest in parameters.items())
-    return digest_of(repr([kind, _codes(kind, recorded), named]).encode())
+    return digest_of(repr([kind, _codes(kind, recorded, several), named]).encode())
 
 
 def folder_name(row: Row, parameters: Mapping[str, _Digest] | None) -> str:
@@ -262,7 +263,7 @@ def perform(task: Task, store: Store, likeness: Mapping[str, str]) -> Result:
             name: _here(value, task, store) if isinstance(value, File) else value for name, value in task.parameters.items()
         }
         with contextlib.redirect_stdout(io.StringIO()):  # the engine's words about errors
-            outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded), store=store, executor="serial", **given)
+            outcome = run(TARGETS[task.kind], graph=steps_of(task.kind, task.recorded, "other" in given), store=store, executor="serial", **given)
         seconds = time.perf_counter() - begun
         values = {name: outcome.values[name] for name in TARGETS[task.kind]}
         if task.kind == "video":
@@ -309,7 +310,8 @@ def own_likeness() -> Mapping[str, str]:
     """What decides results besides parameters: code of the nodes, shipped weights, versions of packages; digests by what they are of."""
     from pipelines.report import versions
 
-    steps = {step.node.name: step.node for recorded in (False, True) for step in video_graph(recorded=recorded)}
+    graphs = [video_graph(recorded=recorded, several=several) for recorded in (False, True) for several in (False, True)]
+    steps = {step.node.name: step.node for graph in graphs for step in graph}
     found = {f"the code of {name}": node.code() for name, node in steps.items()}
     found |= {f"the weights {path.name}": file_digest(path) for path in sorted((*WEIGHTS.glob("*.onnx"), *WEIGHTS.glob("*.npz")))}
     return found | {f"the version of {name}": version for name, version in versions().items() if name not in ("commit", "a2v")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +14,11 @@ from a2v.io import atomic_path
 from a2v.lab.evaluation.reconstruction import (
     PANELS,
     BenchmarkSettings,
+    Case,
     Measured,
     Method,
     Outcome,
+    Pin,
     calibration,
     evaluate_case,
     fit_table,
@@ -41,10 +44,12 @@ EXAMPLES = """examples:
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --out table.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel development --methods pifu --out action.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --methods body-prior,body-prior:mirrored --views 7 --out table.md
+  a2v evaluate reconstruction --data ../shared/data --studio runs/studio --panel phone --methods character,character+180,character+90 --out two.md
   a2v evaluate reconstruction --data ../shared/data --studio runs/studio --true-mask true --sheet 4 --out table.md
 
 A method is a backend, or BACKEND:COLOURING for an ablation: mirrored (all that was not seen has the photo's colour at its pixel) or network
-(the backend's own colours alone). The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
+(the backend's own colours alone), or character, the canonical one, and character+180 that of two photos, in the second of which the person has
+turned by 180 degrees and stands anew. The photos of a --panel are pinned: studio (20 of the studio's own kind), development (people in action, to
 try changes on), report (other people in action, for final figures) and final (40 new photos of people whom no training sees, half in action:
 to be measured once) and phone (14 by near cameras, as telephones are held). --studio is a folder that a2v studio wrote (its poses and guides are used; made there if it is new). Writes tables as
 Markdown and, beside them, every photo's values as JSON and a picture sheet as JPEG: per photo a row for the truth and one for each method
@@ -84,7 +89,7 @@ def run(options: Options) -> Answer:
     if options.memory:
         first = next(pin for pin in PANELS[protocol.panel] if pin.index == good[0].index)
         case = open_case(studio, first, measured.cases)
-        memory = {method.name: peak_memory(case, method, protocol) for method in methods}
+        memory = {method.name: peak_memory(case, method, protocol) for method in methods if not method.character}
     text = [
         "# Reconstruction",
         f"{len(good)} photos of the panel {protocol.panel} ({len(outcomes) - len(good)} failed), "
@@ -107,6 +112,11 @@ def run(options: Options) -> Answer:
     return table_result(out, written, content)
 
 
+def _again(studio: Studio, pin: Pin, measured: Measured, turn: float) -> Case:
+    """Another photo of a pin's person, who has turned by so many degrees."""
+    return open_case(studio, pin, measured.cases, turn=turn)
+
+
 def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, methods: Sequence[Method]) -> list[Outcome]:
     """What came of every photo; those that `measured` has are not done again."""
     outcomes: list[Outcome] = []
@@ -116,7 +126,8 @@ def _measure(measured: Measured, studio: Studio, protocol: BenchmarkSettings, me
             outcome = measured.load(pin.index, methods)
             missing = [method for method in methods if outcome is None or method.name not in outcome.scores]
             if missing:
-                result = evaluate_case(open_case(studio, pin, measured.cases), missing, protocol)
+                again = functools.partial(_again, studio, pin, measured)
+                result = evaluate_case(open_case(studio, pin, measured.cases), missing, protocol, again)
                 measured.save(result, missing)
                 outcome = outcome.with_others(result.outcome) if outcome else result.outcome
             assert outcome is not None

@@ -15,6 +15,11 @@ from pipelines.nodes.values import Blob
 @memo()
 def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
     """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
+    return put(found_in(photo, mask, keypoints, perception))
+
+
+def found_in(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Subject:
+    """The person in a photo; see `subject`."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
     from a2v.perception.photo import focal_length
 
@@ -35,4 +40,4 @@ def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | Non
         raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:
         note(warning)
-    return put(dataclasses.replace(found, focal_length=focal_length(data)))
+    return dataclasses.replace(found, focal_length=focal_length(data))

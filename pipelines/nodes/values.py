@@ -6,13 +6,17 @@ import functools
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from a2v.errors import InputError
 from a2v.record import Record
-from a2v.types import ByteArray, Character, FloatArray
+from a2v.types import Body, ByteArray, Character, FloatArray, PhotoCamera
 from pipelines.engine.store import Ref, Store
+
+if TYPE_CHECKING:
+    from a2v.body import FitResult
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +128,22 @@ class Image(Record):
         if image.mode == "RGBA":
             image = PIL.Image.alpha_composite(PIL.Image.new("RGBA", image.size, (200, 203, 206, 255)), image)
         return np.asarray(image.convert("RGB"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted(Record):
+    """A body that was fitted to one of several photos, the photo's camera, and whether the photo was understood: others are left out."""
+
+    body: Body
+    camera: PhotoCamera
+    understood: bool = True
+
+    @property
+    def result(self) -> FitResult:
+        """As the library has it."""
+        from a2v.body import FitResult
+
+        return FitResult(self.body, self.camera)
 
 
 @functools.lru_cache(maxsize=1)

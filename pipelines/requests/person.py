@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from a2v.animation import BindSettings, EngineSettings
 from a2v.body import FitSettings, load_body_model
 from a2v.body.registry import MODEL_SUFFIXES, MODELS
+from a2v.errors import InputError
 from a2v.perception import PerceptionSettings
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings, ImplicitSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
@@ -26,7 +27,11 @@ ENGINE = EngineSettings()
 class PhotoOptions:
     """The photo, and what replaces the detectors."""
 
-    photo: str = option("the person, seen whole: JPEG, PNG...")
+    photo: str = option("the person, seen whole: JPEG, PNG...; again for further photos of the same person", more="more")
+    more: str | None = option(
+        "further photos of the same person in the same clothes, with commas: from behind, from the side; the first one's pose is kept",
+        default=None, metavar="FILES", rare=True,
+    )  # fmt: skip
     mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
     keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE")
 
@@ -107,8 +112,36 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         InputError
             A file cannot be read.
         """
-        files = {item.name: getattr(self, item.name) for item in dataclasses.fields(PhotoOptions)}
-        return {name: put_file(store, path) for name, path in files.items()} | self.parameters()
+        paths = listed(self.more or "")
+        if paths and (self.character != "canonical" or self.fit.model != FitSettings.model):
+            raise InputError("several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo")
+        files = {item.name: getattr(self, item.name) for item in dataclasses.fields(PhotoOptions) if item.name != "more"}
+        parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters()
+        if not paths:
+            return parameters
+        photos = [ref for path in (self.photo, *paths) if (ref := put_file(store, path)) is not None]
+        if len({ref.digest for ref in photos}) < len(photos):
+            raise InputError("one photo is given twice; give every photo of the person once")
+        del parameters["body_model"]  # the shape that they share is Anny's
+        return parameters | {"other": sorted(photos[1:], key=lambda ref: ref.digest)}  # their order means nothing
+
+
+MOST_PHOTOS = 8
+"""Photos of one person that are taken."""
+
+
+def listed(more: str) -> list[str]:
+    """The paths of further photos, which have commas between them.
+
+    Raises
+    ------
+    InputError
+        More than `MOST_PHOTOS` with the first one.
+    """
+    paths = [path.strip() for path in more.split(",") if path.strip()]
+    if len(paths) >= MOST_PHOTOS:
+        raise InputError(f"{len(paths) + 1} photos of one person are given; expected at most {MOST_PHOTOS}")
+    return paths
 
 
 def body_model_file(name: str) -> File | None:

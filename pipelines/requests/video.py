@@ -15,7 +15,7 @@ from pipelines.options import group
 from pipelines.requests.fields import check_known, hints_of, names_of
 from pipelines.requests.film import FilmRequest
 from pipelines.requests.motion import MotionRequest
-from pipelines.requests.person import PersonRequest
+from pipelines.requests.person import PersonRequest, listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class Resolved:
     @property
     def graph(self) -> Graph:
         """The steps that make it."""
-        return video_graph(recorded=self.recorded)
+        return video_graph(recorded=self.recorded, several="other" in self.parameters)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +74,8 @@ class VideoRequest:
     def files(self) -> dict[str, str]:
         """The files that it names, by the names of its values."""
         named = self.described()
-        return {name: str(named[name]) for name in FILES if named[name]} | {
+        more = {f"photo {number}": path for number, path in enumerate(listed(str(named["more"] or "")), 2)}
+        return {name: str(named[name]) for name in FILES if named[name]} | more | {
             name: str(named[name])
             for name in MAYBE_FILES
             if named[name] and os.path.isfile(str(named[name]))  # noqa: PTH113

@@ -30,7 +30,7 @@ OTHERS = {
     "action": "Jump", "timeline": "t.yaml", "model": "cmu-fine", "seconds": 2.5, "frames": 7, "fps": 24.0, "seed": 3, "path": "0,0 0,2 2,2",
     "pace": 1.1, "heading": 90.0, "keyframes": "k.yaml", "start_pose": "m.npz", "end_pose": "m.npz#4-6", "hold": "head 0,1.5,0 from 1 to 2",
     "motion": "m.npz", "views": "front,turntable", "camera": "c.yaml", "background": "#30506f", "look": "night", "aspect": "9:16",
-    "variant": "scalar_rgb", "photo": "b.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
+    "variant": "scalar_rgb", "photo": "b.jpg", "more": "c.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
     "fit.model": "b.npz", "perception.max_side": 512, "perception.band": 0.05, "retarget.life.hands": "fist",
 }  # fmt: skip
 """Values that are not the defaults; numbers are one more and switches the other way where none is named."""
@@ -47,6 +47,7 @@ def folder(tmp_path_factory) -> Path:
     for name in ("a.jpg", "b.npz"):
         shutil.copy(SAMPLE, folder / name)
     Image.open(SAMPLE).rotate(90).save(folder / "b.jpg")
+    Image.open(SAMPLE).rotate(180).save(folder / "c.jpg")
     MotionModel.load("cmu-fine").sample("Walk", frames=30, seed=1).save(folder / "m.npz")
     (folder / "k.yaml").write_text("- {time: 1, at: [0, 1]}\n")
     (folder / "t.yaml").write_text("- {action: Walk, seconds: 2}\n")

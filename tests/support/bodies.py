@@ -81,6 +81,13 @@ def near_view(body: Body, *, distance: float, pitch: float) -> tuple[Subject, Ph
     return subject, camera
 
 
+def turned(body: Body, angle: float) -> Body:
+    """The same body turned about the vertical, on the ground."""
+    rotations = body.parameters["rotations"].copy()
+    rotations[0] = rotmat_to_rotvec(rotvec_to_rotmat(np.array([0.0, angle, 0.0])) @ rotvec_to_rotmat(rotations[0].astype(np.float64)))
+    return make_body(load_body_model("anny"), rotations, body.parameters["shape"], grounded=True)
+
+
 def joint_errors(truth: Body, camera: OrthographicCamera, result: FitResult) -> np.ndarray:
     """Errors (n,) in metres of the main joints relative to the pelvis, after undoing the unknown scale."""
     bones = [truth.bone_names.index(bone) for bone in JOINT_BONES.values()]

@@ -66,6 +66,8 @@ class Scene(Sitting):
         What was asked to be around the person.
     around : mapping
         What is, by name, for `View.provenance`; empty where nothing hides or cuts the person and the background is a drawn one.
+    turn : float
+        By how many degrees the person has turned since the first photo of the scene; 0 in that one.
     """
 
     parts: IntArray
@@ -79,6 +81,7 @@ class Scene(Sitting):
     shown: Sitting | None = None
     clutter: Clutter = NOTHING
     around: Mapping[str, object] = field(default_factory=dict)
+    turn: float = 0.0
 
     def solid(self) -> Solid:
         """The person as a solid."""
@@ -129,6 +132,7 @@ def draw_scene(
     varied: Callable[[np.random.Generator], Pose] | None = None,
     clutter: Clutter = NOTHING,
     chance: np.random.Generator | None = None,
+    again: tuple[float, np.random.Generator] | None = None,
 ) -> Scene:
     """Draw build, clothes, pose, camera and the guide's errors; the same state of the `generator` gives the same scene.
 
@@ -145,37 +149,43 @@ def draw_scene(
         Draws the poses of ``settings.varied``.
     clutter, chance
         What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
+    again : of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew
     """
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
+    turn, generator = again or (0.0, generator)
     pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
-    placed = stand(outfit, pose | clutter.grip, yaw, generator, distance=settings.distance, height=settings.height)
-    frame, seen = placed.frame, placed.seen
+    placed = stand(outfit, pose | clutter.grip, yaw + turn, generator, distance=settings.distance, height=settings.height)
     held = _draw_guide(placed, guide, settings, generator)
-    # the photo's square around the person, and the guide's idea of the metre
     setting = _set(placed, settings, clutter, chance)
     origin = np.append(setting.middle, held[:, 2].mean())
     factor = float(np.exp(settings.guide.scale * generator.standard_normal()))
-    vertices = (factor * (seen - origin)).astype(np.float32)
-    colors = dataclasses.replace(plain, texture=outfit.texture).vertex_colors()
-    made = {"avatar": plain.name, "pose": name, **_told(frame, origin, factor)}
-    surface = Surface(vertices=vertices, faces=plain.faces, colors=colors, uv=plain.uv, texture=outfit.texture, provenance=made)
+    vertices = (factor * (placed.seen - origin)).astype(np.float32)
+    made = {"avatar": plain.name, "pose": name, **_told(placed.frame, origin, factor)}
     scene = Scene(
-        surface=surface,
+        surface=_textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made),
         parts=plain.parts,
         normals=smooth_normals(vertices, plain.faces, prepared.places),
         faces=faces,
         guide=(factor * (held - origin)).astype(np.float32),
         landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
         camera=_camera(setting.square, origin, factor),
-        yaw=float((yaw + 180) % 360 - 180),
+        yaw=float((yaw + turn + 180) % 360 - 180),
         avatar=plain.name,
         pose=name,
         guide_faces=guide.faces,
         clutter=clutter,
         around=setting.around(clutter),
+        turn=turn,
     )
     return _among_things(scene, setting, origin, factor)
+
+
+def _textured(avatar: Avatar, vertices: FloatArray, made: Mapping[str, object]) -> Surface:
+    """An avatar's surface elsewhere."""
+    return Surface(
+        vertices=vertices, faces=avatar.faces, colors=avatar.vertex_colors(), uv=avatar.uv, texture=avatar.texture, provenance=made
+    )
 
 
 def _told(frame: PhotoFrame, origin: FloatArray, factor: float) -> dict[str, object]:

@@ -16,6 +16,8 @@ class Stream(IntEnum):
     """Things in the hands, furniture, and where the picture's border cuts a person."""
     BACKDROP = 4
     """The photograph behind a person."""
+    AGAIN = 5
+    """Pose and camera of another photo of the same person."""
     PERSON = 7
     """Body and clothes of a person of MakeHuman."""
     QUICK_BLOCK = 11

@@ -132,7 +132,7 @@ class Studio:
         block = index // self.settings.same_avatar
         return self._dresser if self.settings.people != "both" or block % 2 else None
 
-    def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "") -> Scene:
+    def scene(self, split: str, index: int, *, avatar: str = "", stance: str = "", turn: float = 0.0) -> Scene:
         """The person and the guide of a view; the same numbers give the same scene.
 
         Parameters
@@ -142,6 +142,9 @@ class Studio:
             one of `NAMED_PEOPLE`.
         stance : str
             A class of `STANCES` that the pose is drawn from.
+        turn : float
+            Another photo of the same person in the same clothes, who has turned by so many degrees more (positive to their left): pose and
+            camera are drawn anew. 0 for the first photo.
 
         Raises
         ------
@@ -151,6 +154,8 @@ class Studio:
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
         draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=self._varied(split))
+        if turn:
+            draw = partial(draw, again=(turn, np.random.default_rng([*self._again(split, index, turn), Stream.AGAIN])))
         if self.settings.surrounds:
             chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, Stream.THINGS])
             draw = partial(draw, clutter=self._clutter(chance), chance=chance)
@@ -165,6 +170,11 @@ class Studio:
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
         return draw(prepared, self._faces[path.stem], self._guide(path.stem))
+
+    def _again(self, split: str, index: int, turn: float) -> list[int]:
+        """The first numbers of the seed of a view, or of another photo of its person."""
+        first = [self.settings.seed, SPLITS.index(split), index]
+        return [*first, 1 + round(turn) % 360] if turn else first
 
     def _clutter(self, generator: np.random.Generator) -> Clutter:
         """What is around somebody, by the settings' shares."""
@@ -211,7 +221,7 @@ class Studio:
             As of `scene`.
         """
         settings, scene = self.settings, scene or self.scene(split, index)
-        generator = np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.PHOTO])
+        generator = np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
         surface = scene.surface
         rays = RayScene(surface.vertices, surface.faces)
         fore, rear = _see_both_sides(rays, scene.normals, scene, MAP_SIZE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
-from a2v.reconstruction.canonical.observe import SkinMesh, View, observe, ray_normals
+from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
+from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
@@ -43,6 +45,7 @@ def canonical_person(
     settings: CharacterSettings = DEFAULT,
     face: FaceSettings | None = None,
     hangs: bool = False,
+    others: Sequence[Sight] = (),
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
 
@@ -60,41 +63,71 @@ def canonical_person(
         Anny, fitted to the surface.
     hangs : bool
         Whether cloth hangs between the legs (`hangs_between_legs`): it becomes a layer of its own.
+    others : sequence of Sight
+        Further photos of the same person, in any order; their bodies have the shape of `body`.
 
     Returns
     -------
     Reconstruction
         Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
     """
-    mesh, face = topology(), face or FaceSettings()
-    laid = lay_face(person.surface, subject, body, camera, face) if face.expressions else NO_FACE
-    body = laid.turned(body)
-    turns = blended_turns(body)
-    posed, rest = _under_clothes(body, laid, turns)
-    skin, at_rest = mesh.refined(posed), mesh.refined(rest)
+    mesh = topology()
+    sights, shown, laid, poses, shod = _shod([Sight(subject, body, camera, person), *others], face or FaceSettings())
+    body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
-    skirt = make_skirt(person.surface, body, rest) if hangs else None
+    skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)
-    seen = observe(person.surface, SkinMesh(skin, at_rest, mesh.faces), parts, asked, near=settings.near, view=View(camera, surroundings_taken(body, subject, camera)))
-    seen = dataclasses.replace(seen, weight=seen.weight * _smooth_places(mesh.spread(np.linalg.det(turns)), mesh.faces, at_rest, parts))
-    offset = solve_offsets(at_rest, mesh.faces, seen, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
+    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
+    observed, weight = _observed(sights, poses, mesh, at_rest, asked, near=settings.near)
+    offset = solve_offsets(at_rest, mesh.faces, observed, weight * ~sole, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
         vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small},
+        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
 
 
-def _smooth_places(bent: FloatArray, faces: IntArray, rest: FloatArray, parts: IntArray) -> FloatArray:
-    """What displacements of vertices (V,) count for: none under soles, less in the creases of joints that are `bent` (V,)."""
-    sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(rest, faces)[:, 1] < _DOWN)
-    return ~sole * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT))
+def _shod(given: Sequence[Sight], face: FaceSettings) -> tuple[list[Sight], int, Laid, list[FloatArray], FloatArray]:
+    """The sights with the head turned as the photo that shows the face best has it, which one that is, its face on the body, and Anny's vertices and
+    teeth (13854, 3) with this face and with shoes: in the pose of every photo, and at rest.
+    """
+    sights, shown = list(given), face_of([sight.subject for sight in given])
+    faced = sights[shown]
+    laid = lay_face(faced.person.surface, faced.subject, faced.body, faced.camera, face) if face.expressions else NO_FACE
+    sights[shown] = dataclasses.replace(faced, body=laid.turned(faced.body))
+    posed, rest = with_teeth(sights[shown].body)
+    turns = blended_turns(sights[shown].body)
+    posed, rest = laid.applied(posed, rest, turns)
+    shod = in_shoes(sights[shown].body, rest)
+    own = posed + np.einsum("vab,vb->va", turns, shod - rest)
+    return sights, shown, laid, [own if number == shown else _carried(sight.body, shod) for number, sight in enumerate(sights)], shod
+
+
+def _observed(
+    sights: Sequence[Sight], poses: Sequence[FloatArray], mesh: Topology, at_rest: FloatArray, asked: BoolArray, *, near: float
+) -> tuple[FloatArray, FloatArray]:
+    """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses` (13854, 3) Anny's vertices and teeth are given."""
+    seen, certain = [], []
+    for sight, pose in zip(sights, poses, strict=True):
+        skin = mesh.refined(without_anatomy(sight.body, pose))
+        bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
+        view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
+        parts = sight.body.parts[mesh.nearest].astype(np.int64)
+        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=near, view=view))
+        certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
+    return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])
+
+
+def _carried(body: Body, shod: FloatArray) -> FloatArray:
+    """Anny's vertices and teeth (13854, 3) in a body's pose, of what they are at rest (13854, 3) with shoes and a face."""
+    posed, rest = with_teeth(body)
+    return np.asarray(posed + np.einsum("vab,vb->va", blended_turns(body), shod - rest))
 
 
 def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
@@ -104,14 +137,6 @@ def _standing(vertices: FloatArray, mesh: Topology, body: Body) -> Standing:
         vertices=vertices.astype(np.float32), weights=weights.astype(np.float32), bones=bones.astype(np.int32),
         anchors=mesh.nearest.astype(np.int32), parts=body.parts[mesh.nearest].astype(np.int8),
     )  # fmt: skip
-
-
-def _under_clothes(body: Body, laid: Laid, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Anny's vertices and teeth (13854, 3), posed and at rest, with the photo's face, in shoes and without anatomy; `turns` (13854, 3, 3) are `blended_turns`."""
-    posed, rest = laid.applied(*with_teeth(body), turns)
-    shod = in_shoes(body, rest)
-    posed = posed + np.einsum("vab,vb->va", turns, shod - rest)
-    return without_anatomy(body, posed), without_anatomy(body, shod)
 
 
 def with_teeth(body: Body) -> tuple[FloatArray, FloatArray]:

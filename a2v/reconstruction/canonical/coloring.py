@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
+from a2v.body.spots import spots_of
 from a2v.geometry.rays import texels
 from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.canonical.build import posed_vertices
+from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import body_layout, skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
-from a2v.types import Body, Camera, Subject, Surface
+from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.merged import OtherPhoto
+from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
 
 def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *, size: int) -> Canvas:
@@ -26,6 +33,32 @@ def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *,
         rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
         atlas=layout(size, hanging), agreement=agreement, hands=clues.tone(subject.image),
     )  # fmt: skip
+
+
+def color_by_photos(person: Reconstruction, sights: Sequence[Sight], *, settings: ColorSettings, progress: Progress | None = None) -> Surface:
+    """The canonical person's surface in colours of several photos; `sights` begin with the photo in whose pose it stands."""
+    assert person.surface.standing is not None
+    face = int(person.surface.provenance.get("face_photo", 0))
+    seen = [_as_in(person.surface, sight, first=number == 0) for number, sight in enumerate(sights)]
+    canvases = [canvas_of(own, sight.subject, sight.body, sight.camera, size=settings.texture) for own, sight in zip(seen, sights, strict=True)]
+    others = tuple(
+        OtherPhoto.of(seen[number], sight.subject, sight.camera.flat, canvases[number], delight=settings.delight)
+        for number, sight in enumerate(sights)
+        if number != face
+    )
+    main = sights[face]
+    colored = color_surface(
+        seen[face], main.subject, main.camera.flat, prior=person.expected_colors, spots=spots_of(person.surface.standing.anchors, main.body),
+        canvas=canvases[face], others=others, settings=settings, progress=progress,
+    )  # fmt: skip
+    return dataclasses.replace(colored, vertices=person.surface.vertices)
+
+
+def _as_in(surface: Surface, sight: Sight, *, first: bool) -> Surface:
+    """The surface in the pose of a photo, in the flat frame of its camera; in that of the `first` it stands already."""
+    assert surface.standing is not None
+    vertices = surface.vertices if first else posed_vertices(surface.standing, sight.body)
+    return dataclasses.replace(surface, vertices=sight.camera.flatten(vertices))
 
 
 @functools.lru_cache(maxsize=2)

@@ -59,17 +59,8 @@ class View:
     taken: BoolArray
 
 
-@dataclass(frozen=True, eq=False)
-class SkinMesh:
-    """The body's mesh: vertices (V, 3) in the photo's pose and at rest, metres, and faces (F, 3)."""
-
-    posed: FloatArray
-    rest: FloatArray
-    faces: IntArray
-
-
 def observe(
-    surface: Surface, mesh: SkinMesh, parts: IntArray, allowed: BoolArray, *, near: float, view: View
+    surface: Surface, skin: FloatArray, rest: FloatArray, faces: IntArray, parts: IntArray, allowed: BoolArray, *, near: float, view: View
 ) -> Observed:
     """Cast the posed skin onto a surface.
 
@@ -77,7 +68,9 @@ def observe(
     ----------
     surface : Surface
         Closed, in the photo's pose.
-    mesh : SkinMesh
+    skin, rest : (V, 3)
+        Vertices of the body's mesh in the photo's pose and at rest, metres.
+    faces : (F, 3)
     parts : (V,)
         Index into `a2v.body.PARTS`.
     allowed : (V,) bool
@@ -89,8 +82,7 @@ def observe(
     """
     from scipy.spatial import cKDTree
 
-    skin, rest = mesh.posed, mesh.rest
-    normals = ray_normals(skin, mesh.faces)
+    normals = ray_normals(skin, faces)
     scene = RayScene(surface.vertices, surface.faces)
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
     own = np.flatnonzero(allowed)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas
-from a2v.reconstruction.canonical.observe import Observed
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _TWIN = 0.3
@@ -17,7 +16,7 @@ _STIFF = 0.004
 
 
 def solve_offsets(
-    rest: FloatArray, faces: IntArray, seen: Observed, *, twin: IntArray, fixed: BoolArray, parts: IntArray, smoothing: float
+    rest: FloatArray, faces: IntArray, offset: FloatArray, weight: FloatArray, *, twin: IntArray, fixed: BoolArray, parts: IntArray, smoothing: float
 ) -> FloatArray:
     """Displacements (V,) float64, metres, near the observed ones and smooth over the body.
 
@@ -26,8 +25,8 @@ def solve_offsets(
     Parameters
     ----------
     rest, faces : (V, 3), (F, 3)
-    seen : Observed
-        Displacements, and how much each counts.
+    offset, weight : (V,)
+        Observed, and how much each counts.
     twin : (V,) int
         The mirrored vertex.
     fixed : (V,) bool
@@ -38,7 +37,6 @@ def solve_offsets(
     """
     from scipy.sparse import diags
 
-    offset, weight = seen.offset, seen.weight
     known = (weight > 0) & ~fixed
     o, c = offset.copy(), weight.copy()
     lent = ~known & ~fixed & known[twin]

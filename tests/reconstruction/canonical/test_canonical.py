@@ -16,7 +16,6 @@ from a2v.reconstruction.borders import Borders
 from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
 from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canonical.face import face_width
-from a2v.reconstruction.canonical.observe import Observed
 from a2v.reconstruction.canonical.shape import solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
@@ -183,7 +182,7 @@ def test_unknown_displacements_are_the_twins() -> None:
     left = mesh.skin & (rest[:, 0] > 0.02)
     offset = np.where(left, 0.03, 0.0)
     found = solve_offsets(
-        rest, mesh.faces, Observed(offset, left.astype(float), np.zeros_like(rest)), twin=mesh.twin, fixed=~mesh.skin, parts=parts, smoothing=0.007
+        rest, mesh.faces, offset, left.astype(float), twin=mesh.twin, fixed=~mesh.skin, parts=parts, smoothing=0.007
     )  # fmt: skip
     right = mesh.skin & (rest[:, 0] < -0.05)
     assert np.abs(found[right] - 0.03).mean() < 0.003

@@ -99,18 +99,20 @@ def open_studio(folder: str | os.PathLike[str], data: str | os.PathLike[str], pa
     return Studio.open(folder, data, settings)
 
 
-def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None) -> Case:
+def open_case(studio: Studio, pin: Pin, kept: str | os.PathLike[str] | None = None, *, turn: float = 0.0) -> Case:
     """A pinned photo with its truth; it is kept in the folder `kept`, if there is one, and read from there the next time.
+
+    With a `turn`, degrees, it is another photo of that person, who has turned by so much and stands anew (`Studio.scene`).
 
     Raises
     ------
     InputError
         There is no such avatar, or it has no guide.
     """
-    path = None if kept is None else Path(kept) / f"{pin.index:06d}-{pin.avatar}-{_KEPT}.npz"
+    path = None if kept is None else Path(kept) / f"{pin.index:06d}-{pin.avatar}{f'-{turn:.0f}' if turn else ''}-{_KEPT}.npz"
     if path is not None and path.exists():
         return Case.load(path)
-    scene = studio.scene(SPLIT, pin.index, avatar=pin.avatar, stance=pin.stance)
+    scene = studio.scene(SPLIT, pin.index, avatar=pin.avatar, stance=pin.stance, turn=turn)
     view = studio.view(SPLIT, pin.index, scene)
     case = Case(
         name=view.avatar,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from a2v.errors import InputError
 from a2v.lab.evaluation.reconstruction.cases import Case
@@ -14,20 +14,29 @@ from a2v.lab.evaluation.reconstruction.maps import mask_in_photo
 from a2v.lab.evaluation.reconstruction.measures import Truth
 from a2v.lab.evaluation.reconstruction.settings import BenchmarkSettings
 from a2v.processes import safe_children
-from a2v.reconstruction.backends import ABLATIONS, COLORINGS, NAMES, backend_of
+from a2v.reconstruction.backends import ABLATIONS, COLORINGS, DEFAULT_BACKEND, NAMES, backend_of
 from a2v.types import ByteArray, Subject, Surface
+
+if TYPE_CHECKING:
+    from a2v.body import FitResult
+
+CHARACTER = "character"
+"""Of a `Method`: the canonical character."""
 
 
 @dataclass(frozen=True)
 class Method:
     """A backend with a way to colour: ``body-prior``, or ``body-prior:mirrored`` for an ablation.
 
+    Or ``character``, the canonical one, and ``character+180+90``, that of further photos, in which the person has turned by so many degrees (`turns`).
     `weights` is a folder of weights for backends that have some; "" for the shipped ones.
     """
 
     backend: str
     coloring: str = "ours"
     weights: str = ""
+    character: bool = False
+    turns: tuple[float, ...] = ()
 
     @classmethod
     def parse(cls, text: str, weights: str = "") -> Method:
@@ -36,8 +45,13 @@ class Method:
         Raises
         ------
         InputError
-            Unknown backend or colouring.
+            Unknown backend or colouring, or turns that are no degrees.
         """
+        first, *turns = text.split("+")
+        if first == CHARACTER:
+            if not all(turn.isdecimal() and 0 < int(turn) < 360 for turn in turns):
+                raise InputError(f"unknown method '{text}'; expected degrees from 1 to 359 after every +, as in character+180")
+            return cls(DEFAULT_BACKEND, "ours", weights, True, tuple(float(turn) for turn in turns))
         backend, _, coloring = text.partition(":")
         coloring = coloring or "ours"
         if backend not in NAMES and backend not in ABLATIONS:
@@ -49,6 +63,8 @@ class Method:
     @property
     def name(self) -> str:
         """As it is parsed."""
+        if self.character:
+            return "+".join([CHARACTER, *(f"{turn:.0f}" for turn in self.turns)])
         return self.backend if self.coloring == "ours" else f"{self.backend}:{self.coloring}"
 
 
@@ -106,43 +122,62 @@ class Result:
     subject: Subject | None = None
 
 
-def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
+Again = Callable[[float], Case]
+"""Another photo of a case's person, by how many degrees they have turned."""
+
+
+def evaluate_case(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None = None) -> Result:
     """One photo through perception, fit, and each method; the fit is shared, and the shape by methods that colour alone.
 
+    `again` gives the further photos of characters that are made of several.
     Where perception, fit or a method gives up, the outcome says why (`Outcome.failure`).
     """
     try:
-        return _evaluate(case, methods, settings)
+        return _evaluate(case, methods, settings, again)
     except InputError as error:
         return Result(case, Outcome(case.name, case.index, case.facts, failure=str(error)))
 
 
-def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings) -> Result:
-    from a2v.body import fit_body
-    from a2v.perception import PerceptionSettings, find_person
+def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings, again: Again | None) -> Result:
+    from a2v.body import FitSettings, fit_body
+    from a2v.body.confidence import looks_wrong
+    from a2v.lab.evaluation.reconstruction.characters import character_of
 
     clock = _Clock()
-    perception = PerceptionSettings(bodymap=settings.bodymap)
-    subject = find_person(case.image, mask=case.mask if settings.true_mask else None, settings=perception)
+    fitting = FitSettings(distance=settings.distance)
+    subject = _seen(case, settings)
     clock.lap("perception")
-    person, true = mask_in_photo(subject) > 0.5, case.mask > 127
-    if (person & true).sum() < 0.5 * (person | true).sum():
-        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
-    clock.start()
-    fit = fit_body(subject)
+    fit = fit_body(subject, settings=fitting)
     clock.lap("fit")
     truth = Truth(case, settings)
     common = dict(clock.seconds)
     scores: dict[str, dict[str, float]] = {}
     seconds: dict[str, dict[str, float]] = {}
     surfaces: dict[str, Surface] = {}
-    for backend in dict.fromkeys((method.backend, method.weights) for method in methods):
+    turned: dict[float, tuple[Subject, FitResult]] = {}
+    for method in (method for method in methods if method.character):
+        clock = _Clock()
+        for turn in method.turns:
+            if turn not in turned:
+                if again is None:
+                    raise InputError(f"{method.name} needs further photos of the person; there are none")
+                other = _seen(again(turn), settings)
+                turned[turn] = other, fit_body(other, settings=fitting)
+        photos = [(subject, fit), *(turned[turn] for turn in method.turns if not looks_wrong(turned[turn][1].residuals))]  # as the pipeline does
+        clock.lap("fit")
+        colored, settled = character_of([one for one, _ in photos], [one for _, one in photos], settings=fitting, weights=method.weights)
+        clock.lap("shape")
+        placed = truth.place(colored, settled.camera, subject)
+        scores[method.name] = truth.compare_shape(placed) | truth.compare_colors(placed)
+        seconds[method.name] = {**common, **clock.seconds, "fit": common["fit"] + clock.seconds["fit"], "color": 0.0}
+        surfaces[method.name] = placed.surface
+    for backend in dict.fromkeys((method.backend, method.weights) for method in methods if not method.character):
         clock = _Clock()
         shape = backend_of(*backend)(subject, fit.body, fit.camera)
         clock.lap("shape")
         geometry: dict[str, float] | None = None
         for method in methods:
-            if (method.backend, method.weights) != backend:
+            if method.character or (method.backend, method.weights) != backend:
                 continue
             clock.start()
             colored = COLORINGS[method.coloring](shape, subject, fit.body, fit.camera)
@@ -156,6 +191,18 @@ def _evaluate(case: Case, methods: Sequence[Method], settings: BenchmarkSettings
     return Result(
         case, Outcome(case.name, case.index, case.facts, scores, seconds, made, truth.compare_fit(fit, subject)), surfaces, subject
     )
+
+
+def _seen(case: Case, settings: BenchmarkSettings) -> Subject:
+    """The person whom perception finds in a photo."""
+    from a2v.perception import PerceptionSettings, find_person
+
+    mask = case.mask if settings.true_mask else None
+    subject = find_person(case.image, mask=mask, settings=PerceptionSettings(bodymap=settings.bodymap))
+    person, true = mask_in_photo(subject) > 0.5, case.mask > 127
+    if (person & true).sum() < 0.5 * (person | true).sum():
+        raise InputError("perception took something else for the person: its mask and the true one overlap by less than a half")
+    return subject
 
 
 class _Clock:

@@ -63,6 +63,8 @@ class BenchmarkSettings:
         Give the true mask to perception, which then does not look for its own.
     bodymap : bool
         Let perception ask our own network; without, landmarks are the detector's.
+    distance : float, optional
+        From camera to person that the fit is told, metres; 0 for an orthographic camera. Without it the fit believes what users' photos give.
     """
 
     panel: str = "studio"
@@ -72,6 +74,7 @@ class BenchmarkSettings:
     points: int = 50_000
     true_mask: bool = False
     bodymap: bool = True
+    distance: float | None = None
 
     def __post_init__(self) -> None:
         if self.panel not in PANELS:

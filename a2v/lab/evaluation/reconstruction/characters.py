@@ -1,0 +1,35 @@
+"""Canonical characters as the pipeline makes them, of one photo or of several of the same person, for the benchmark."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from a2v.body import FitResult, fit_body
+from a2v.body.settings import FitSettings
+from a2v.body.together import fit_together
+from a2v.reconstruction.backends import DEFAULT_BACKEND, color_by_photo, reconstruct, settings_of
+from a2v.reconstruction.canonical import canonical_person, hangs_between_legs
+from a2v.reconstruction.canonical.several import Sight
+from a2v.types import Subject, Surface
+
+
+def character_of(subjects: Sequence[Subject], fits: Sequence[FitResult], *, settings: FitSettings, weights: str = "") -> tuple[Surface, FitResult]:
+    """The coloured character in the pose of the first of its photos, and the fit to that photo.
+
+    `fits` are those to each photo alone (`fit_body`).
+    """
+    shape = settings_of(DEFAULT_BACKEND, weights)
+    if len(subjects) > 1:
+        fits = fit_together(subjects, fits, settings=settings)
+    people = [reconstruct(subject, fit.body, fit.camera, shape) for subject, fit in zip(subjects, fits, strict=True)]
+    if len(subjects) > 1:
+        settled = fit_together(subjects, fits, settings=settings, surfaces=[person.surface for person in people])
+    else:
+        settled = [fit_body(subjects[0], settings=settings, surface=people[0].surface, camera=fits[0].camera, initial=fits[0])]
+    sights = [Sight(subject, fit.body, fit.camera, person) for subject, fit, person in zip(subjects, settled, people, strict=True)]
+    main, *others = sights
+    hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
+    made = canonical_person(main.person, main.subject, main.body, main.camera, hangs=hangs, others=others)
+    colored = color_by_photo(made, main.subject, main.body, main.camera, others=others)
+    return colored, dataclasses.replace(settled[0], residuals=fits[0].residuals)

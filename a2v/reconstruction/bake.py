@@ -1,0 +1,89 @@
+"""The texture of a person: the photo where it is trusted, the colours of the vertices elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from a2v.geometry.images import nearest_known, sample_image
+from a2v.reconstruction.atlas import Atlas
+from a2v.reconstruction.backs import Continuation
+from a2v.reconstruction.backs.labels import HAIR
+from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.face.colors import EYE, FacePaint
+from a2v.reconstruction.merged import OtherPhoto, mixed
+from a2v.reconstruction.projection import PhotoProjection
+from a2v.types import FloatArray, IntArray
+
+STRAND = 0.05
+"""Largest detail of hair that is continued, sRGB."""
+
+
+def bake(
+    vertices: FloatArray,
+    faces: IntArray,
+    normals: FloatArray,
+    colors: FloatArray,
+    photo: PhotoProjection,
+    paint: FacePaint | None,
+    continued: Continuation | None,
+    atlas: Atlas,
+    others: Sequence[OtherPhoto] = (),
+) -> tuple[FloatArray, np.ndarray]:
+    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere.
+
+    Of several photos each place takes the one that is trusted most there (`mixed`).
+    """
+    size = atlas.size
+    texture = np.zeros((size, size, 3), np.uint8)
+    borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
+    for top in range(0, size, 256):
+        rows, columns = np.nonzero(atlas.face[top : top + 256] >= 0)
+        if not len(rows):
+            continue
+        rows = rows + top
+        corner = faces[atlas.face[rows, columns]]
+        weight = atlas.barycentric[rows, columns][..., None]
+        point = (vertices[corner] * weight).sum(axis=1)
+        normal = (normals[corner] * weight).sum(axis=1)
+        trust = photo.trust(point, normal)[:, None]
+        if photo.canvas is not None:
+            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
+            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
+        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
+        sharp = sample_image(photo.clean, photo.camera.project(point))
+        if paint is not None:
+            kind = paint.kinds[corner].max(axis=1)
+            eye = kind == EYE
+            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
+            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
+        if continued is not None:
+            detail = continued.at(point, corner, weight[..., 0])
+            if photo.canvas is not None:
+                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
+            smooth = smooth + detail
+        if others:
+            found = [other.at(corner, weight) for other in others]
+            trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])
+        blended = trust * sharp + (1 - trust) * smooth
+        texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
+    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
+    filled_texel = atlas.face >= 0
+    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
+    middle = atlas.uv[missed].mean(axis=1) * size
+    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
+    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
+    lone = ~filled_texel[row, column]
+    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
+    filled_texel[row[lone], column[lone]] = True
+    # carry the charts' borders on, so that filtering and mipmaps see no gaps
+    index = nearest_known(filled_texel)
+    return atlas.uv, texture[index[0], index[1]]
+
+
+def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:
+    """The detail (n, 3) without hues on hair: strands differ in light alone, and what shines through them is not continued."""
+    hair = labels == HAIR
+    detail[hair] = np.clip(detail[hair].mean(axis=1, keepdims=True), -STRAND, STRAND)
+    return detail

@@ -1,0 +1,144 @@
+"""From several photos of one person to one character: what takes the place of the nodes between the photo and its colours."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from a2v.body import FitSettings
+from a2v.perception import PerceptionSettings
+from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
+from a2v.reconstruction.backends import BackendSettings
+from a2v.reconstruction.canonical import CharacterSettings
+from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
+from pipelines.engine.memo import measure, memo, note, progress
+from pipelines.engine.store import Ref, get, put
+from pipelines.nodes.subject import found_in
+from pipelines.nodes.values import Blob, Fitted
+
+
+@memo()
+def other_subject(other: Ref[Blob], perception: PerceptionSettings) -> Ref[Subject]:
+    """As `subject`, of a further photo."""
+    return put(found_in(other, None, None, perception))
+
+
+@memo(remember=False)
+def each_subject(subject: Ref[Subject], other_subject: np.ndarray) -> list[Ref[Subject]]:
+    """The person in every photo, the first one first."""
+    return [subject, *other_subject]
+
+
+@memo()
+def each_fit(each_subject: Ref[Subject], fit: FitSettings) -> Ref[Fitted]:
+    """Fit the body to one of the photos alone."""
+    from a2v.body import doubts, fit_body
+    from a2v.body.confidence import looks_wrong
+
+    result = fit_body(get(each_subject, Subject), settings=fit, progress=progress())
+    measure(result.residuals)
+    for text in doubts(result.residuals):
+        note(text)
+    return put(Fitted(body=result.body, camera=result.camera, understood=not looks_wrong(result.residuals)))
+
+
+@memo()
+def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) -> list[Ref[Fitted]]:
+    """One shape for all photos, a pose and a camera for each."""
+    from a2v.body.together import doubts_of, fit_together
+
+    alone = [get(ref, Fitted) for ref in each_fit]
+    used = [number for number, one in enumerate(alone) if one.understood or number == 0]
+    if len(used) < len(alone):
+        note(f"{len(alone) - len(used)} of the further photos were not understood, and are left out")
+    fits = [alone[number].result for number in used]
+    results = fit_together([get(each_subject[number], Subject) for number in used], fits, settings=fit, progress=progress())
+    measure({**results[0].residuals, "other_photos": [result.residuals for result in results[1:]]})
+    for text in doubts_of(fits, results):
+        note(text)
+    found = dict(zip(used, (Fitted(body=result.body, camera=result.camera) for result in results), strict=True))
+    return [put(found.get(number, one)) for number, one in enumerate(alone)]
+
+
+@memo()
+def each_surface(each_subject: Ref[Subject], joint_fit: Ref[Fitted], shape: BackendSettings) -> Ref[Reconstruction]:
+    """As `surface`, of each photo."""
+    from a2v.reconstruction.backends import reconstruct
+
+    own = get(joint_fit, Fitted)
+    return put(reconstruct(get(each_subject, Subject), own.body, own.camera, shape, progress=progress()))
+
+
+@memo()
+def surface_fit(each_subject: np.ndarray, joint_fit: np.ndarray, each_surface: np.ndarray, fit: FitSettings, hands: HandSettings) -> list[Ref[Fitted]]:
+    """As `body`, of all photos: one shape and their poses by the reconstructed surfaces (Eq. 15-18), and bent fingers."""
+    from a2v.body import bend_fingers
+    from a2v.body.together import fit_together
+
+    before = [get(ref, Fitted) for ref in joint_fit]
+    used = [number for number, one in enumerate(before) if one.understood or number == 0]
+    subjects, people = [get(each_subject[number], Subject) for number in used], [get(each_surface[number], Reconstruction) for number in used]
+    fits = [before[number].result for number in used]
+    if not any(person.from_body for person in people):
+        fits = fit_together(subjects, fits, settings=fit, surfaces=[person.surface for person in people], progress=progress())
+        measure(fits[0].residuals)
+    bodies = [bend_fingers(one.body, subject, one.camera) if hands.bend else one.body for one, subject in zip(fits, subjects, strict=True)]
+    found = dict(zip(used, (Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)), strict=True))
+    return [put(found.get(number, one)) for number, one in enumerate(before)]
+
+
+@memo(remember=False)
+def first_photo(joint_fit: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray) -> tuple[Ref[Body], Ref[PhotoCamera], Ref[Reconstruction], Ref[Body]]:
+    """What the first photo gives, in whose pose the character is made: the body by the photo, its camera, the surface, the body by the surface."""
+    by_photo = get(joint_fit[0], Fitted)
+    return put(by_photo.body), put(by_photo.camera), each_surface[0], put(get(surface_fit[0], Fitted).body)
+
+
+@memo()
+def person_of_photos(
+    each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, face: FaceSettings, figure: CharacterSettings
+) -> Ref[Reconstruction]:
+    """As `surface_with_face`: the canonical character by what all photos show."""
+    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs
+
+    main, *others = _sights(each_subject, each_surface, surface_fit)
+    hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
+    made = canonical_person(main.person, main.subject, main.body, main.camera, settings=figure, face=face, hangs=hangs, others=others)
+    if made.surface.provenance.get("small_face"):
+        note(SMALL_FACE)
+    return put(made)
+
+
+@memo()
+def colored_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+    """As `colored_surface`: each place in the colours of the photo that saw it best."""
+    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, color))
+
+
+@memo()
+def shaded_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, color: ColorSettings) -> Ref[Surface]:
+    """As `shaded_surface`."""
+    return put(_colored(surface_with_face, each_subject, each_surface, surface_fit, dataclasses.replace(color, delight=False)))
+
+
+def _colored(surface_with_face: Ref[Reconstruction], each_subject: Any, each_surface: Any, surface_fit: Any, color: ColorSettings) -> Surface:
+    from a2v.reconstruction.backends import color_by_photo
+
+    main, *others = _sights(each_subject, each_surface, surface_fit)
+    colored = color_by_photo(get(surface_with_face, Reconstruction), main.subject, main.body, main.camera, settings=color, progress=progress(), others=others)
+    measure({"exposures": colored.provenance.get("exposures", [])})
+    return colored
+
+
+def _sights(each_subject: Any, each_surface: Any, surface_fit: Any) -> list[Any]:
+    from a2v.reconstruction.canonical.several import Sight
+
+    found = list[Any]()
+    for subject, person, fitted in zip(each_subject, each_surface, surface_fit, strict=True):
+        own = get(fitted, Fitted)
+        if found and not own.understood:
+            continue
+        found.append(Sight(get(subject, Subject), own.body, own.camera, get(person, Reconstruction)))
+    return found

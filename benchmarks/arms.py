@@ -17,6 +17,7 @@ from a2v.body import load_body_model, make_body
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.types import FloatArray
 
 WITHIN = 0.02
@@ -40,7 +41,7 @@ def main() -> None:
 
     rows, seconds = [], []
     for action in model.actions[:: given.every]:
-        motion = make_motion(model, [Step(action=action)], frames=120, fps=FPS, seed=0)
+        motion = make_motion(model, [Step(action=action)], Take(frames=120, fps=FPS, seed=0))
         before = retarget(motion, body, settings=RetargetSettings(clear_arms=False)).astype(np.float64)
         started = time.process_time()
         after = clear_arms(before, rig, FPS)

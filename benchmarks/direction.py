@@ -22,6 +22,7 @@ from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.motion.ways import GroundPath
 from a2v.types import BoolArray, FloatArray, Motion
 
@@ -67,10 +68,10 @@ def along_paths(model: MotionModel, action: str, seeds: int, data: File) -> None
         path, rows, took, plain_took = GroundPath(points), [], 0.0, 0.0
         for seed in range(seeds):
             begun = time.process_time()
-            made = make_motion(model, [Step(action=action)], frames=60, fps=FPS, seed=seed, direction=Direction(path=path))
+            made = make_motion(model, [Step(action=action)], Take(frames=60, fps=FPS, seed=seed), direction=Direction(path=path))
             took += time.process_time() - begun
             begun = time.process_time()
-            free.append(make_motion(model, [Step(action=action, frames=made.frames)], frames=60, fps=FPS, seed=seed))
+            free.append(make_motion(model, [Step(action=action, frames=made.frames)], Take(frames=60, fps=FPS, seed=seed)))
             plain_took += time.process_time() - begun
             physics, distance = physics_metrics(made, floor=None), away(made, path)
             known = recognised(model, evaluator, made, action) if evaluator else np.nan
@@ -97,21 +98,21 @@ def wishes(model: MotionModel, seeds: int) -> None:
         clips = [model.sample("Walk", frames=60, seed=100 + 2 * seed + one) for one in (0, 1)]
         goal = clips[1].joints[30] - clips[1].joints[30, 0] * (1, 0, 1) + (0.3, 0, 3.0)
         keys = (Keyframe(time=0, joints=clips[0].joints[0]), Keyframe(time=3, joints=goal.astype(np.float32)))
-        made = make_motion(model, [Step(action="Walk")], frames=150, fps=FPS, seed=seed, direction=Direction(keyframes=keys))
+        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(keyframes=keys))
         poses += [np.linalg.norm(made.joints[at] - pose, axis=-1).max() for at, pose in ((0, clips[0].joints[0]), (90, goal))]
         keys = (Keyframe(time=4, at=(1.0, 3.0)), Keyframe(time=12, at=(4.0, 6.0), heading=np.pi / 2))
-        made = make_motion(model, [Step(action="Walk")], frames=400, fps=FPS, seed=seed, direction=Direction(keyframes=keys))
+        made = make_motion(model, [Step(action="Walk")], Take(frames=400, fps=FPS, seed=seed), direction=Direction(keyframes=keys))
         places += [float(np.linalg.norm(made.root[round(key.time * FPS), [0, 2]] - np.array(key.at))) for key in keys]
         hips = model.skeleton.hips or (0, 0)
         across = made.joints[360, hips[0]] - made.joints[360, hips[1]]
         faces.append(abs(np.degrees(np.arctan2(-across[2], across[0])) - 90))
-        plain = make_motion(model, [Step(action="Walk")], frames=150, fps=FPS, seed=seed, direction=Direction(heading=0.0))
+        plain = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(heading=0.0))
         at, own = plain.joints[75, 6] + (0, 0.2, 0.1), (0.25, 0.3, 0.35)
         holds = (Hold(joint="left_wrist", start=2, end=3, at=tuple(at.astype(float))),)
-        made = make_motion(model, [Step(action="Walk")], frames=150, fps=FPS, seed=seed, direction=Direction(holds=holds))
+        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(holds=holds))
         held.append(np.linalg.norm(made.joints[60:91, 6] - at, axis=-1).max())
         holds = (Hold(joint="left_wrist", start=1, end=4, at=own, body=True),)
-        made = make_motion(model, [Step(action="Walk")], frames=150, fps=FPS, seed=seed, direction=Direction(holds=holds))
+        made = make_motion(model, [Step(action="Walk")], Take(frames=150, fps=FPS, seed=seed), direction=Direction(holds=holds))
         yaw = heading(made.joints, model.skeleton)[30:121]
         turned = np.stack(
             [np.cos(yaw) * own[0] + np.sin(yaw) * own[2], np.full(len(yaw), own[1]), np.cos(yaw) * own[2] - np.sin(yaw) * own[0]], -1

@@ -14,6 +14,7 @@ from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import make_loop
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.types import Motion
 
 FPS = 30.0
@@ -36,7 +37,7 @@ def main() -> None:
     rows, names = [], []
     for action in model.actions[:: given.every]:
         for seed in range(given.seeds):
-            clip = make_motion(model, [Step(action=action)], frames=round(5 * FPS), fps=FPS, seed=seed)
+            clip = make_motion(model, [Step(action=action)], Take(frames=round(5 * FPS), fps=FPS, seed=seed))
             loop = make_loop(clip, in_place=True)
             last = loop.frames - 2
             closed, own = (

@@ -19,6 +19,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.motion.ways import GroundPath
 from a2v.types import Motion
 
@@ -43,9 +44,7 @@ def main() -> None:
 
     def make(action: str, seed: int) -> Motion:
         way = Direction(path=CIRCLE) if given.circle else None
-        return make_motion(
-            model, [Step(action=action)], frames=round(SECONDS * FPS), fps=FPS, seed=seed, edit=Edit(speed=given.speed), direction=way
-        )
+        return make_motion(model, [Step(action=action)], Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed), edit=Edit(speed=given.speed), direction=way)
 
     chosen = [name.strip() for name in given.actions.split(",")] if given.actions else None
     scores = score_standing(make, dataset, clips=given.clips, actions=chosen)

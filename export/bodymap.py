@@ -23,7 +23,10 @@ from a2v.perception.bodymap import FILE, FORMAT
 from a2v.tracing import to_onnx
 from export.storage import round_to_stored, save_model, shrink
 
-INPUTS, OUTPUTS = ("picture",), ("points", "log_scales", "maps")
+INPUTS = ("picture",)
+"""Names of the graph's inputs."""
+OUTPUTS = ("points", "log_scales", "maps")
+"""Names of its outputs."""
 
 
 class BodyMapGraph(nn.Module):

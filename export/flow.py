@@ -6,8 +6,10 @@ frames and forward kinematics inside. Longer motions and transitions are windows
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -134,6 +136,26 @@ class WindowGraph(nn.Module):
         return known * first_heading(context, self.skeleton) + (1 - known) * context.new_tensor([1.0, 0.0])
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """How an exported flow is sampled; the file's metadata tell it.
+
+    Attributes
+    ----------
+    steps : int
+        Steps of the integration; see `FlowNetwork.integrate`.
+    guidance, guided_until : float
+        See `FlowNetwork.integrate`.
+    temperature : float
+        The noise is multiplied by it: less makes clips that are more typical of their action, and less varied.
+    """
+
+    steps: int = STEPS
+    guidance: float = GUIDANCE
+    guided_until: float = 1.0
+    temperature: float = 1.0
+
+
 def export_flow(
     model: FlowModel,
     dataset: ActionDataset,
@@ -141,10 +163,7 @@ def export_flow(
     *,
     licence: str,
     extra: Mapping[str, Any] | None = None,
-    steps: int = STEPS,
-    guidance: float = GUIDANCE,
-    guided_until: float = 1.0,
-    temperature: float = 1.0,
+    sampling: Sampling = Sampling(),
 ) -> None:
     """Write the ONNX file of `model`, whose weights are rounded in place to what is stored.
 
@@ -158,27 +177,21 @@ def export_flow(
         Licence of the weights, shown to users.
     extra : mapping
         More metadata; must be JSON.
-    steps : int
-        Steps of the integration; see `FlowNetwork.integrate`.
-    guidance, guided_until : float
-        See `FlowNetwork.integrate`.
-    temperature : float
-        The noise is multiplied by it: less makes clips that are more typical of their action, and less varied.
+    sampling : Sampling
 
     Raises
     ------
     InputError
         The temperature is not above 0 and at most 2.
     """
-    demand_temperature(temperature)
-    graph = WindowGraph(model, dataset, steps=steps, guidance=guidance, temperature=temperature, guided_until=guided_until).cpu().eval()
+    demand_temperature(sampling.temperature)
+    graph = WindowGraph(model, dataset, **dataclasses.asdict(sampling)).cpu().eval()
     round_to_stored(graph)
     proto = _trace(graph, model)
     _make_optional(proto, {"measure": (1, model.codec.window.basis.shape[0]), "gain": (1, model.codec.window.basis.shape[0]), "goal": (1, 1)})
     shrink(proto)
     _show(proto, {"basis": model.codec.window.basis.shape, "mean": model.codec.window.mean.shape})
-    integration = {"steps": steps, "guidance": guidance, "guided_until": guided_until, "temperature": temperature}
-    save_model(proto, describe_data(dataset, licence=licence) | describe_windows(model, dataset) | integration | dict(extra or {}), path)
+    save_model(proto, describe_data(dataset, licence=licence) | describe_windows(model, dataset) | dataclasses.asdict(sampling) | dict(extra or {}), path)
 
 
 def describe_windows(model: FlowModel, dataset: ActionDataset) -> dict[str, Any]:

@@ -39,7 +39,7 @@ from a2v.lab.motion.training import TrainSettings, train
 from a2v.lab.motion.vae import MotionVAE
 from a2v.motion import MotionModel
 from a2v.rendering.stickfigure import StickSettings, plot_rows
-from export.flow import export_flow
+from export.flow import Sampling, export_flow
 from export.motion import export_motion
 
 warnings.simplefilter("ignore")  # of torch's exporter, about its own future
@@ -115,7 +115,7 @@ plt.gca().set(title="flow matching: error of the velocity", xlabel="iteration", 
 
 # %%
 export_motion(model, data, folder / "vae.onnx", licence="a demonstration")
-export_flow(flow, data, folder / "flow.onnx", licence="a demonstration", guidance=1.0, steps=2 if SMALL else 8)
+export_flow(flow, data, folder / "flow.onnx", licence="a demonstration", sampling=Sampling(steps=2 if SMALL else 8, guidance=1.0))
 for name in ("vae", "flow"):
     exported = MotionModel.load(folder / f"{name}.onnx")
     print(

@@ -34,6 +34,7 @@ from a2v.motion.applications import interpolate, matching_actions, outpaint, sam
 from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.motion.ways import GroundPath
 from a2v.rendering.stickfigure import StickSettings, plot_path, plot_rows, save_stick_figures
 
@@ -88,13 +89,13 @@ display(plot_rows([two, three], titles=["Walk, Dance", "Walk, Jump, Dance"], pos
 # %%
 fine = MotionModel.load("cmu-fine")
 path = GroundPath(np.array([[0, 0], [0, 2], [2, 2], [2, 4.0]]))
-walked = make_motion(fine, [Step(action="Walk")], frames=60, fps=12, seed=1, direction=Direction(path=path))
+walked = make_motion(fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=Direction(path=path))
 goal = fine.sample("Walk", frames=40, seed=5).joints[30]
 goal = goal - goal[0] * (1, 0, 1) + (0.5, 0, 3)
 keyed = Direction(
     keyframes=(Keyframe(time=3, joints=goal),), holds=(Hold(joint="left_wrist", start=1, end=2, at=(0.25, 0.3, 0.35), body=True),)
 )
-carried = make_motion(fine, [Step(action="Walk")], frames=60, fps=12, seed=1, direction=keyed)
+carried = make_motion(fine, [Step(action="Walk")], Take(frames=60, fps=12, seed=1), direction=keyed)
 for motion, title in ((walked, "along a path"), (carried, "to a pose, a hand held")):
     display(plot_path(motion, poses=8, title=title, settings=LOOK))
 print(f"the pose is missed by {100 * np.linalg.norm(carried.joints[36] - goal, axis=-1).max():.1f} cm")

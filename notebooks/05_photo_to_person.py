@@ -30,7 +30,7 @@ from a2v.body import flattened
 from a2v.reconstruction import ImplicitSettings, body_prior_surface, implicit_surface
 from a2v.reconstruction.backends import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body, Reconstruction
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
@@ -159,7 +159,7 @@ looks = {
 print({name: round(float(value), 4) for name, value in ours.provenance["eq14"].items()})
 for azimuth, side in ((0, "front"), (180, "back")):
     show([preview_surface(one, azimuth=azimuth, size=SIZE) for one in looks.values()], [f"{name}, {side}" for name in looks])
-show([preview_surface(ours, azimuth=turn, size=SIZE, plain=True) for turn in (0, 90, 180, 270)], ["front", "left", "back", "right"])
+show([preview_surface(ours, azimuth=turn, size=SIZE, style=PreviewStyle(plain=True)) for turn in (0, 90, 180, 270)], ["front", "left", "back", "right"])
 
 # %% [markdown]
 # Turn it with the mouse:

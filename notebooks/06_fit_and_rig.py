@@ -26,7 +26,7 @@ import numpy as np
 
 from a2v import PhotoCamera, Subject, Surface
 from a2v.body import PARTS, fit_body, load_body_model, make_body
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
@@ -62,7 +62,7 @@ bodies = {
 }
 figure, axes = plt.subplots(1, len(bodies), figsize=(11, 3.2))
 for ax, (name, one) in zip(axes, bodies.items(), strict=True):
-    ax.imshow(preview_surface(clay(one), azimuth=20, size=SIZE, center=np.array([0, 1.05, 0]), extent=2.3, plain=True))
+    ax.imshow(preview_surface(clay(one), azimuth=20, size=SIZE, center=np.array([0, 1.05, 0]), extent=2.3, style=PreviewStyle(plain=True)))
     ax.set_title(f"{name}, {np.ptp(one.vertices[:, 1]):.2f} m", fontsize=9)
     ax.axis("off")
 

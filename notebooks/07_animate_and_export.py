@@ -31,7 +31,7 @@ from a2v.formats.bvh import write_bvh
 from a2v.formats.gltf import write_glb, write_morph_glb
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
 from pipelines.run import run
@@ -95,7 +95,7 @@ for ax, (name, vertices) in zip(axes, ways.items(), strict=False):
     error = stretch(vertices)
     heat = plt.get_cmap("magma")(np.clip(4 * error, 0, 1))[:, :3].astype(np.float32)
     picture = Surface(vertices=vertices.astype(np.float32), faces=surface.faces, colors=heat)
-    ax.imshow(preview_surface(picture, azimuth=60, size=SIZE, shaded=False))
+    ax.imshow(preview_surface(picture, azimuth=60, size=SIZE, style=PreviewStyle(shaded=False)))
     ax.set_title(f"{name}: {error.mean():.1%}", fontsize=9)
     ax.axis("off")
 axes[3].plot(range(1, result.iterations + 1), result.energies, "o-")

@@ -68,7 +68,7 @@ TERMINATED = 143
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    as_json = JSON in arguments and not {"-h", "--help", "--help-all"} & set(arguments)
+    as_json = JSON in arguments and not {"-h", "--help", "--help-all", "--help-lab"} & set(arguments)
     arguments = [argument for argument in arguments if argument != JSON]
     if not sys.warnoptions and argv is None:  # libraries' warnings are for developers: python -W default shows them
         warnings.simplefilter("ignore")
@@ -268,7 +268,7 @@ def _choose_subcommand(name: str, command: ModuleType, arguments: Sequence[str])
     """Show what the command consists of; an error if something else was asked for."""
     from pipelines.answer import Answer
 
-    if arguments and arguments[0] not in ("-h", "--help", "--help-all"):
+    if arguments and arguments[0] not in ("-h", "--help", "--help-all", "--help-lab"):
         raise _unknown(f"a2v {name}", arguments[0], command.SUBCOMMANDS)
     usage = f"usage: a2v {name} WHAT [options]        (a2v {name} WHAT --help tells more)"
     text = f"{usage}\n\n{command.HELP}\n\n{_listed(command.SUBCOMMANDS)}\n\n{command.EXAMPLES}"

@@ -12,7 +12,7 @@ import math
 import re
 import shutil
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import jsonargparse
@@ -78,14 +78,17 @@ def flag(help: str, *, rare: bool = False) -> Any:
     return dataclasses.field(default=False, metadata={"option": facts})
 
 
-def group(kind: type[T]) -> T:
-    """A field that holds a dataclass whose fields are options of their own, such as those that several commands share."""
-    return dataclasses.field(default_factory=lambda: kind(), metadata={"group": True})
+def group(kind: type[T], title: str = "") -> T:
+    """A field that holds a dataclass whose fields are options of their own, such as those that several commands share; below `title` in the help."""
+    return dataclasses.field(default_factory=lambda: kind(), metadata={"group": True, "title": title})
 
 
-def settings(kind: type[T]) -> T:
-    """A field that holds the library's settings: options ``--field.name``, shown by ``--help-all``."""
-    return dataclasses.field(default_factory=kind, metadata={"settings": True})
+def settings(kind: type[T], users: Sequence[str] | None = None) -> T:
+    """A field that holds the library's settings: options ``--field.name``, shown by ``--help-all``.
+
+    With `users` only those of these names are: the others say how a stage works within and are shown by ``--help-lab``.
+    """
+    return dataclasses.field(default_factory=kind, metadata={"settings": True, "users": users})
 
 
 class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpFormatter):
@@ -105,7 +108,7 @@ class _Formatter(jsonargparse.DefaultHelpFormatter, argparse.RawDescriptionHelpF
 
 
 def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, examples: str) -> T:
-    """The options that `arguments` give; ``--help`` and ``--help-all`` print and end the program.
+    """The options that `arguments` give; ``--help``, ``--help-all`` and ``--help-lab`` print and end the program.
 
     Parameters
     ----------
@@ -119,11 +122,11 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
         Unknown, missing or malformed options.
     """
     given = _gathered(kind, [_with_underscores(argument) for argument in arguments])
-    everything = "--help_all" in given
-    parser = _parser(kind, f"a2v {command}", about, examples, everything)
+    level = 2 if "--help_lab" in given else 1 if "--help_all" in given else 0
+    parser = _parser(kind, f"a2v {command}", about, examples, level)
     _check_typed(kind, given)
     try:
-        found = parser.instantiate(parser.parse_args(["--help"] if everything else given))
+        found = parser.instantiate(parser.parse_args(["--help"] if level else given))
     except argparse.ArgumentError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         lines = [f"{lines[0].partition(':')[0]}: {_of_no_kind(str(error))}"] if "of the Union subtypes" in str(error) else lines
@@ -141,7 +144,7 @@ def parse(kind: type[T], arguments: Sequence[str], *, command: str, about: str, 
 
 def actions_of(kind: type) -> list[argparse.Action]:
     """Every option of a command as argparse knows it, with hyphens; for what completes and documents them."""
-    actions = list(_parser(kind, "a2v", "", "", everything=True)._actions)
+    actions = list(_parser(kind, "a2v", "", "", level=2)._actions)
     for action in actions:
         action.option_strings = [_with_hyphens(name) for name in action.option_strings]
     return [action for action in actions if "--print-config" not in action.option_strings and action.dest != "help"]
@@ -207,18 +210,23 @@ def _check_numbers(found: jsonargparse.Namespace) -> None:
             raise InputError(f"{_with_hyphens(f'--{name}')} is {brief(value)}; expected a whole number from 0 to {2**32 - 1}")
 
 
-def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) -> jsonargparse.ArgumentParser:
+def _parser(kind: type, prog: str, about: str, examples: str, level: int) -> jsonargparse.ArgumentParser:
+    """The parser; its help shows what is used every day (`level` 0), all that users set (1), or the laboratory's settings too (2)."""
     jsonargparse.set_loader(_MODE, _load, (yaml.YAMLError,))
     parser = jsonargparse.ArgumentParser(
         prog=prog, description=about, epilog=examples, formatter_class=_Formatter, exit_on_error=False, parser_mode=_MODE
     )
-    rare = {"print_config", "json", *_add(parser, kind)}
+    levels = {"print_config": 1, "json": 1} | dict(_add(parser, kind, None, headings=level > 0))
     parser.add_argument("--config", action="config", help="YAML file of settings, by the names of these options")
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output: files, facts or the error")
-    if not rare.isdisjoint(action.dest for action in parser._actions if action.dest not in ("print_config", "json")):
-        parser.add_argument("--help_all", action="store_true", help="every setting, those of the stages too")
+    hidden = {action.dest: _level(action.dest, levels) for action in parser._actions}
+    if any(hidden[name] for name in hidden if name not in ("print_config", "json")):
+        parser.add_argument("--help_all", action="store_true", help="every option, the settings of the stages too")
+    within = sum(found == 2 for found in hidden.values())
+    if within:
+        parser.add_argument("--help_lab", action="store_true", help=f"those and {within} settings of how the stages work within, for research")
     for action in parser._actions:
-        if not everything and any(action.dest == name or action.dest.startswith(f"{name}.") for name in rare):
+        if hidden.get(action.dest, int(action.dest == "help_lab")) > level:
             action.help = argparse.SUPPRESS
     needed = [action for action in parser._actions if action.required]
     shown = [
@@ -228,28 +236,38 @@ def _parser(kind: type, prog: str, about: str, examples: str, everything: bool) 
     return parser
 
 
-def _add(parser: jsonargparse.ArgumentParser, kind: type) -> Iterator[str]:
-    """Add a dataclass' fields to `parser`; gives the names of those that are shown by ``--help-all`` only."""
+def _level(name: str, levels: Mapping[str, int]) -> int:
+    """The level of the help that shows an option: that of the longest name in `levels` that it lies in."""
+    while name and name not in levels:
+        name = name.rpartition(".")[0]
+    return levels.get(name, 0)
+
+
+def _add(parser: jsonargparse.ArgumentParser, kind: type, section: Any, *, headings: bool) -> Iterator[tuple[str, int]]:
+    """Add a dataclass' fields to `parser`, plain options to the `section` of its help; gives the names of those that ``--help`` does not show, and their levels."""
     hints = typing.get_type_hints(kind)
     for item in dataclasses.fields(kind):
         if "option" in item.metadata:
-            _add_option(parser, item, hints[item.name])
+            _add_option(section or parser, item, hints[item.name])
             if item.metadata["option"]["rare"]:
-                yield item.name
+                yield item.name, 1
         elif "group" in item.metadata:
-            yield from _add(parser, hints[item.name])
+            title = item.metadata["title"]
+            yield from _add(parser, hints[item.name], parser.add_argument_group(title) if title and headings else section, headings=headings)
         elif "settings" in item.metadata:
             parser.add_class_arguments(hints[item.name], item.name)
             _describe(parser, hints[item.name], f"{item.name}.")
-            yield item.name
+            users = item.metadata["users"]
+            yield item.name, 2 if users == () else 1
+            yield from ((f"{item.name}.{one.name}", 2) for one in dataclasses.fields(hints[item.name]) if users is not None and one.name not in users)
         else:  # the library's settings as a group
             parser.add_class_arguments(kind, None)
             _describe(parser, kind, "")
-            yield from (one.name for one in dataclasses.fields(kind) if dataclasses.is_dataclass(hints[one.name]))
+            yield from ((one.name, 1) for one in dataclasses.fields(kind) if dataclasses.is_dataclass(hints[one.name]))
             return
 
 
-def _add_option(parser: jsonargparse.ArgumentParser, item: dataclasses.Field[Any], kind: Any) -> None:
+def _add_option(parser: Any, item: dataclasses.Field[Any], kind: Any) -> None:
     facts = item.metadata["option"]
     names = facts["names"] or (f"--{item.name}",)
     how: dict[str, Any] = {"help": facts["help"]}

@@ -21,7 +21,7 @@ from a2v.errors import A2VError
 from a2v.io import atomic_path
 from a2v.reconstruction import ColorSettings
 from a2v.reconstruction.backends import color_by_photo
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject
 from pipelines.engine.store import Store
 from pipelines.requests.video import video_parameters
@@ -45,7 +45,7 @@ def row(photo: Path, size: int, turns: tuple[float, ...]) -> np.ndarray:
     looks = []
     for synthesis in (False, True):
         surface = color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=synthesis))
-        seen = [preview_surface(surface, azimuth=turn, shaded=False, center=(low + high) / 2, extent=extent, size=size) for turn in turns]
+        seen = [preview_surface(surface, azimuth=turn, center=(low + high) / 2, extent=extent, size=size, style=PreviewStyle(shaded=False)) for turn in turns]
         looks += [picture[:, border : size - border] for picture in seen]
     crop = Image.fromarray(subject.image)
     crop = crop.resize((max(1, round(crop.width * size / crop.height)), size), Image.Resampling.LANCZOS)

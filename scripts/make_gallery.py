@@ -21,7 +21,7 @@ from a2v.body import flattened
 from a2v.errors import A2VError
 from a2v.io import atomic_path
 from a2v.lab.evaluation.reconstruction.thickness import slab_share
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body, PhotoCamera, Subject, Surface
 from pipelines.engine.store import Store
 from pipelines.requests.video import video_parameters
@@ -52,8 +52,8 @@ def row(photo: Path, size: int) -> tuple[np.ndarray, str]:
     square = Image.new("RGB", (size, size), "white")
     square.paste(crop, ((size - crop.width) // 2, (size - crop.height) // 2))
     turns = (0.0, 90.0, 180.0, 270.0)
-    looks = [preview_surface(surface, azimuth=turn, shaded=False, **seen) for turn in turns]
-    clay = [preview_surface(surface, azimuth=turn, shaded=False, plain=True, **seen) for turn in turns]
+    looks = [preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False)) for turn in turns]
+    clay = [preview_surface(surface, azimuth=turn, **seen, style=PreviewStyle(shaded=False, plain=True)) for turn in turns]
     notes = "; ".join(str(note) for note in outcome.notes)
     return np.hstack([np.asarray(square), *looks, *clay]), f"{photo.stem}: slabs {100 * share:.2f} % of the pixels; {notes or 'nothing is told'}"
 

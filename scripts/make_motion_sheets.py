@@ -24,6 +24,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.prompts import Vocabulary, parse_prompt
+from a2v.motion.timeline import Take
 from a2v.rendering.lighter import lighter
 from a2v.rendering.preview import preview_surface
 from a2v.types import Character, Surface
@@ -51,7 +52,7 @@ def row(character: Character, model: MotionModel, prompt: str, seed: int, given:
     """Pictures (size, frames * size, 3) of a clip, over its length."""
     steps, _ = parse_prompt(prompt, Vocabulary.of(model.card))
     edit = Edit(loop=given.loops)
-    motion = make_motion(model, steps, frames=round(given.seconds * FPS), fps=FPS, seed=seed, edit=edit)
+    motion = make_motion(model, steps, Take(frames=round(given.seconds * FPS), fps=FPS, seed=seed), edit=edit)
     moves = retarget_edited(motion, character.body, edit)
     shown = np.linspace(0, len(moves) - (0 if given.loops else 1), given.frames).astype(int) % len(moves)
     rig = rig_of(character.body)

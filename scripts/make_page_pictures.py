@@ -21,6 +21,7 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.kinematics.names import canonical_joints
 from a2v.kinematics.skeleton import skeleton_of
 from a2v.motion.plan import plan_motion
+from a2v.motion.timeline import Take
 from a2v.types import ByteArray, Motion, Subject
 from pipelines.engine.store import Store
 from pipelines.requests.video import photo_parameters
@@ -64,7 +65,7 @@ def figure(motion: Motion) -> str:
 def figures() -> dict[str, object]:
     """The figures of all actions that the page offers."""
     names = sorted({action for model in MODELS for action in actions_of(model)})
-    found = {name: figure(plan_motion(name).make(frames=MADE, fps=FPS, seed=0)) for name in names}
+    found = {name: figure(plan_motion(name).make(Take(frames=MADE, fps=FPS, seed=0))) for name in names}
     return {"frames": FRAMES, "fps": FPS, "joints": len(JOINTS), "bones": BONES, "actions": found}
 
 

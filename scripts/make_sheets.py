@@ -29,7 +29,7 @@ from a2v.perception.face import look_closely
 from a2v.reconstruction import surface_sheet
 from a2v.reconstruction.face.places import BROWS, LEFT_EYE, LIPS, RIGHT_EYE
 from a2v.rendering import Framing, Renderer, contact_sheet, follow_cameras
-from a2v.rendering.preview import preview_surface
+from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Character, PhotoCamera, RenderSettings, Subject, Surface
 from pipelines.engine.progress import Bars
 from pipelines.engine.store import Store
@@ -154,7 +154,7 @@ def _measure(name: str, surface: Surface, subject: Subject, camera: PhotoCamera,
     lying = camera.project(np.einsum("kc,kcd->kd", weights, surface.vertices[place[corners]].astype(np.float64)))
     _tell(name, "placed", lying, landmarks[:, :2], (place[corners] >= 0).all(axis=1))
     size, half, at = 768, camera.scale * extent / 2, camera.project(middle[None])[0]
-    picture = preview_surface(dataclasses.replace(surface, face=None), size=size, center=middle, extent=extent, shaded=False)
+    picture = preview_surface(dataclasses.replace(surface, face=None), size=size, center=middle, extent=extent, style=PreviewStyle(shaded=False))
     found = look_closely(picture, np.full(2, size / 2), size / 2)
     again = look_closely(subject.image, at + 0.04 * half, 0.97 * half)
     for how, seen in (

@@ -63,7 +63,7 @@ def commands(page: Path) -> list[list[str]]:
     )
     found = [shlex.split(line.removeprefix(".venv/bin/")[4:], comments=True) for line in lines if re.match(r"(\.venv/bin/)?a2v ", line)]
     found = [words[: words.index(">")] if ">" in words else words for words in found]  # what the shell takes for itself
-    return [words for words in found if not {"...", "--help", "--help-all"} & set(words)]
+    return [words for words in found if not {"...", "--help", "--help-all", "--help-lab"} & set(words)]
 
 
 @each_page()

@@ -100,7 +100,9 @@ def shown(capsys, *arguments: str) -> str:
 def test_help_says_what_people_use_and_help_all_everything(name, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "126")
     short = shown(capsys, *name.split(), "--help")
-    whole = shown(capsys, *name.split(), "--help-all") if "--help-all" in short else short
+    users = shown(capsys, *name.split(), "--help-all") if "--help-all" in short else short
+    whole = shown(capsys, *name.split(), "--help-lab") if "--help-lab" in users else users
+    assert len(short) <= len(users) <= len(whole)
     assert "examples:" in short
     assert not re.search(r"--[\w.-]*_", whole), "names have hyphens"
     assert "<class" not in whole
@@ -116,9 +118,18 @@ def test_the_videos_help_fits_a_screen(capsys, monkeypatch):
     lines = shown(capsys, "video", "--help").splitlines()
     assert len(lines) <= 50
     assert max(map(len, lines)) <= 126
-    everything = shown(capsys, "video", "--help-all")
+    users, everything = (shown(capsys, "video", level) for level in ("--help-all", "--help-lab"))
     assert "--fit.silhouette-weight" in everything
     assert "Weight of the silhouette" in everything
+    assert "--fit.silhouette-weight" not in users
+    assert "--fit.height" in users
+    assert all(f"\n{title}:\n" in users for title in ("the person", "the motion", "how it is filmed", "files for other tools", "how it runs"))
+    assert "--help-lab" in users
+
+
+def test_what_the_laboratory_sets_is_taken_everywhere():
+    options = options_of("video", "--photo", "a.jpg", "--out", "o", "--fit.silhouette-weight", "2", "--bind.far", "0.1")
+    assert (options.person.fit.silhouette_weight, options.person.bind.far) == (2.0, 0.1)
 
 
 def test_training_has_a_command_for_each_kind_of_model(capsys):
@@ -161,7 +172,7 @@ def test_the_command_lines_that_are_shown_are_understood(page):
         if name not in COMMANDS:
             name, rest = words[0], words[1:]
         assert words[0] in available(), line
-        if name == "train" or not rest or {"--help", "--help-all", "..."} & set(rest):
+        if name == "train" or not rest or {"--help", "--help-all", "--help-lab", "..."} & set(rest):
             continue  # names the command alone
         assert understood(name, rest, whole=not page.startswith("docs/")), line
 
@@ -199,6 +210,10 @@ def test_every_option_has_one_line_of_its_own(name: str, capsys: pytest.CaptureF
     with pytest.raises(SystemExit):
         parse(command.Options, ["--help-all"], command=name, about=command.HELP, examples=command.EXAMPLES)
     shown = capsys.readouterr().out
+    if "--help-lab" in shown:
+        with pytest.raises(SystemExit):
+            parse(command.Options, ["--help-lab"], command=name, about=command.HELP, examples=command.EXAMPLES)
+        shown = capsys.readouterr().out
     assert not re.search(r"(\(default: [^)]*\))\s+\1", shown)
     assert not [letter for letter in shown if ord(letter) < 32 and letter != "\n"]
     texts: dict[tuple[str, str], str] = {}

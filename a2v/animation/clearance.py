@@ -26,8 +26,10 @@ _REACH = 0.16
 """Deeper than this, metres, the nearest skin does not say which way out is."""
 _SURE = 0.08
 """Towards this depth, metres, the nearest skin may be that of the other side of the trunk: where the arm went in says more."""
-_ROUNDS, _STEPS = 6, 6
-"""Rounds of finding and smoothing, and of single points within one."""
+_ROUNDS = 6
+"""Rounds of finding and smoothing."""
+_STEPS = 6
+"""Rounds of single points within one round."""
 _MOST = 0.45
 """Radians that an arm is turned at most: what would need more is a pose that nobody takes, and is left."""
 _SMOOTH_SECONDS = 0.07

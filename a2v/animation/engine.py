@@ -12,8 +12,12 @@ from a2v.geometry.normal_map import bake_normal_map
 from a2v.geometry.simplify import simplify
 from a2v.types import Character, FloatArray, Surface
 
-FACE, HEAD, HANDS = 300.0, 3.0, 4.0
-"""What an error of the shape counts for on the body's own face and wherever expressions move it, elsewhere on the head and on hands, against 1 on clothes."""
+FACE = 300.0
+"""What an error of the shape counts for on the body's own face and wherever expressions move it, against 1 on clothes."""
+HEAD = 3.0
+"""The same elsewhere on the head."""
+HANDS = 4.0
+"""The same on hands."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,10 @@ BORDER = 0.05
 """Metres that a step goes on around the feet."""
 WIDTH = 0.6
 """Least width of steps and rungs, metres: a step is for two feet."""
-SAME_LEVEL, GAP = 0.05, 0.45
-"""Metres in height, and over the ground, up to which two places are on one step."""
+SAME_LEVEL = 0.05
+"""Metres in height up to which two places are on one step."""
+GAP = 0.45
+"""Metres over the ground up to which they are."""
 SLAB = 0.04
 """Thickness of a step that is open below, metres."""
 ROD = 0.018

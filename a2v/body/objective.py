@@ -29,8 +29,10 @@ Stage = Literal["depth", "camera", "joints", "silhouette", "surface_joints", "su
 
 # Of the phenotypes, as the table in `pose_space` chosen by hand: the age and the height hardly show in a photo.
 _SHAPE_SPREAD = {"gender": 0.4, "age": 0.05, "muscle": 0.25, "weight": 0.2, "height": 0.05, "proportions": 0.25}
-# Clothes hide the chest: a photo's silhouette says too little for it, and what it would add shows on men.
-_GENDER_OF_A_PHOTO, _GENDER_SPREAD_OF_A_PHOTO = 0.35, 0.2
+_GENDER_OF_A_PHOTO = 0.35
+"""Mean of Anny's gender for a photo, where clothes hide the chest: a silhouette says too little for it, and what it would add shows on men."""
+_GENDER_SPREAD_OF_A_PHOTO = 0.2
+"""Its standard deviation."""
 _SOLES = [LANDMARK_INDEX[f"{side}_{place}"] for side in ("left", "right") for place in ("heel", "foot_index")]
 
 

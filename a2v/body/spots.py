@@ -14,10 +14,16 @@ TURNED = 0.05
 """Metres that normals one unit apart count for: the front of an arm is no neighbour of its back."""
 _HELIX = 0.97
 """Vertices of a head that are at least so near to its widest point are its ears'."""
-_CHEEK, _FOREHEAD = 0.03, 0.4
-"""A face begins so far before the ears' rims, metres, and ends at this share of the way from there to the top."""
-_EARS, _NAPE, _CROWN = 0.012, 0.045, 0.6
-"""Hair grows so far behind the ears' rims, metres, down to so far below their upper half, metres; and everywhere above this share of the way from there to the top."""
+_CHEEK = 0.03
+"""A face begins so far before the ears' rims, metres."""
+_FOREHEAD = 0.4
+"""It ends at this share of the way from there to the top."""
+_EARS = 0.012
+"""Hair grows so far behind the ears' rims, metres."""
+_NAPE = 0.045
+"""It grows down to so far below their upper half, metres."""
+_CROWN = 0.6
+"""It grows everywhere above this share of the way from there to the top."""
 _TEMPLE = 0.035, 0.025
 """From so far above the ears' upper half on, metres, it begins so far before their rims."""
 

@@ -13,8 +13,10 @@ from a2v.kinematics.so3 import rotmat_to_rotvec
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import FloatArray, OrthographicCamera
 
-# Of Anny's default adult, roughly, which is enough for a start: the hips above the model's origin, metres, and the trunk by the height.
-_HIPS, _TRUNK = 0.073, 0.29
+_HIPS = 0.073
+"""The hips of Anny's default adult above the model's origin, metres; roughly, which is enough for a start."""
+_TRUNK = 0.29
+"""Its trunk by its height, roughly."""
 
 
 def candidates(evidence: Evidence, model: AnnyModel) -> list[Unknowns]:

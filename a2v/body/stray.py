@@ -18,12 +18,16 @@ from a2v.types import FloatArray, IntArray
 
 STRAY = 0.045
 """A limb is stray whose worst landmark is farther from the photo's, relative to the height. Where nothing is wrong the worst is at 1 to 3.5 %."""
-_TRIED, _APART = 5, 0.25
-"""At most so many starts a limb, which differ by so many metres at least in the mean place of its landmarks."""
+_TRIED = 5
+"""Starts of a limb at most."""
+_APART = 0.25
+"""Starts differ by so much at least in the mean place of the limb's landmarks, metres."""
 _KEPT = 2
 """So many of them, the cheapest once the limb has come to rest, are fitted with all the rest."""
-_STEPS, _GAIN = 15, 5.0
-"""Iterations of each fit, and what the best must be cheaper by than before, in squared standard deviations."""
+_STEPS = 15
+"""Iterations of each fit."""
+_GAIN = 5.0
+"""What the best must be cheaper by than before, squared standard deviations."""
 _LEAVES = 0.01
 """What the silhouettes may share less: limbs that were bent to wrong landmarks leave the mask."""
 _LEGS = {"left_leg", "right_leg"}

@@ -106,8 +106,12 @@ def feet(angles: Tensor, landmarks: Tensor, *, space: PoseSpace, evidence: Evide
     return total
 
 
-# Neighbouring points say the same thing: the sums count as some ninety independent measurements of an outline or a map, 200 of a surface.
-_OUTLINE, _MAP, _SURFACE = 90.0, 90.0, 200.0
+_OUTLINE = 90.0
+"""Neighbouring points say the same thing: so many independent measurements the points of an outline count as."""
+_MAP = 90.0
+"""The same of the pixels of a map."""
+_SURFACE = 200.0
+"""The same of the points of a surface."""
 
 
 def skin_in_mask(pixels: Tensor, mask: MaskField, *, height: float, robust: float, sigma: float) -> Tensor:

@@ -26,8 +26,10 @@ from a2v.types import FloatArray, Progress, Subject, Surface
 if TYPE_CHECKING:
     from torch import Tensor
 
-LEAN, LEANS = 0.05, 2.0
-"""Radians by which the trunks of one person in two photos differ in their lean; over so many times that they count as different poses."""
+LEAN = 0.05
+"""Radians by which the trunks of one person in two photos differ in their lean."""
+LEANS = 2.0
+"""Over so many times that they count as different poses."""
 ALIKE = 1.0
 """Weight of poses that are nearly the same."""
 

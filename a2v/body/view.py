@@ -15,9 +15,10 @@ HELD = 1.45
 """Usual height of a camera over the ground, metres: somebody stands and holds it."""
 STEEPEST = 0.6
 """A camera looks up or down at most so much, radians; farther would be a guess too bold."""
-_LENS, _LENS_SPREAD = 26.0, 0.45
-"""Focal length of a telephone's main camera as for 35 mm film, millimetres; and the spread of the logarithm of a distance that follows from it:
-other lenses, and photos that are cropped."""
+_LENS = 26.0
+"""Focal length of a telephone's main camera as for 35 mm film, millimetres."""
+_LENS_SPREAD = 0.45
+"""Spread of the logarithm of a distance that follows from it: other lenses, and photos that are cropped."""
 _SHAPES = (4 / 3, 3 / 2, 16 / 9)
 """Longer over shorter side of photos as cameras give them; of others a part is missing."""
 _FILM = 43.27

@@ -16,7 +16,10 @@ from a2v.kinematics import inverse_kinematics, rotvec_to_rotmat, skeleton_from_p
 from a2v.types import FloatArray, Motion
 
 METRES_PER_INCH = 0.0254
-MAX_BONES, MAX_FRAMES = 200, 200_000
+MAX_BONES = 200
+"""Bones of a file at most."""
+MAX_FRAMES = 200_000
+"""Frames of a file at most."""
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,7 @@ class RayScene:
 
     def __init__(self, vertices: FloatArray, faces: IntArray):
         """`vertices` (V, 3), `faces` (F, 3)."""
+        self.vertices, self.faces = vertices, faces
         self._scene = ray_scene(vertices, faces)
 
     def _rays(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
@@ -141,19 +142,17 @@ def pixel_rays(camera: OrthographicCamera, pixels: FloatArray, z: float) -> Floa
 
 def side_view(
     rays: RayScene,
-    vertices: FloatArray,
-    faces: IntArray,
     normals: FloatArray,
     camera: OrthographicCamera,
     frame: int,
     size: int,
     side: int,
 ) -> SideView:
-    """A mesh (vertices (V, 3), faces (F, 3), normals (V, 3) of the vertices) on `size` x `size` pixels.
+    """The mesh of `rays`, with normals (V, 3) of its vertices, on `size` x `size` pixels.
 
     They cover the `frame` x `frame` pixels of `camera`; from the front (`side` 1), or through from the back (-1).
     """
-    step = frame / size
+    vertices, step = rays.vertices, frame / size
     grid = (np.arange(size) + 0.5) * step
     corner = camera.project(vertices)
     low, high = np.floor(corner.min(axis=0) / step).astype(int) - 1, np.ceil(corner.max(axis=0) / step).astype(int) + 1
@@ -166,7 +165,7 @@ def side_view(
     hits = scattered(some, index, whole)
     hit = hits.hit
     normal = np.zeros((whole, 3), np.float32)
-    normal[hit] = facing(hits.interpolate(normals, faces), side)
+    normal[hit] = facing(hits.interpolate(normals, rays.faces), side)
     depth = np.where(hit, far - side * hits.distance, np.nan).astype(np.float32)
     return SideView(hits, depth.reshape(size, size), normal.reshape(size, size, 3))
 

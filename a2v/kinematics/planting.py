@@ -69,8 +69,10 @@ LOW_SECONDS = 0.8
 """Seconds over which a foot's floor is its lowest level, where the ground has steps."""
 LOW_QUANTILE = 0.05
 """Share of a clip in which a foot may be below its own floor."""
-LEAST_STEP, SAME_STEP = 0.07, 0.045
-"""Metres over the ground from which a foot stands on something, and metres between two levels that are one."""
+LEAST_STEP = 0.07
+"""Metres over the ground from which a foot stands on something."""
+SAME_STEP = 0.045
+"""Metres between two levels that are one."""
 STEP_QUANTILE = 0.02
 """Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
 

@@ -110,7 +110,12 @@ def _directions(table: Sequence[Sequence[float]]) -> FloatArray:
     return unit
 
 
-_LEFT, _RIGHT, _UP, _DOWN, _FRONT = (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)
+_LEFT = (1, 0, 0)
+"""Unit vectors of the world."""
+_RIGHT = (-1, 0, 0)
+_UP = (0, 1, 0)
+_DOWN = (0, -1, 0)
+_FRONT = (0, 0, 1)
 
 HUMANACT12 = Skeleton(
     name="humanact12",

@@ -20,8 +20,10 @@ from a2v.types import FloatArray
 MAX_FRAMES = 10_000
 """Longest clip that is generated in one call."""
 
-STEP_FORMAT, WINDOW_FORMAT = "a2v-motion/1", "a2v-flow/1"
-"""Entry "format" of files that make one frame after the other, and of files that make whole windows."""
+STEP_FORMAT = "a2v-motion/1"
+"""Entry "format" of files that make one frame after the other."""
+WINDOW_FORMAT = "a2v-flow/1"
+"""Entry "format" of files that make whole windows."""
 
 STATE_NAMES = ("previous", "prior", "low", "high", "trajectory")
 """Recurrent inputs of a `STEP_FORMAT` graph: the pose before (N, J, 3) and hidden states (N, H); its outputs are ``last_<name>``."""

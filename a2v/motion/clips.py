@@ -34,16 +34,20 @@ STEP = 2e-4
 
 LICENCE = "CC0-1.0"
 AUTHORS = {30.0: "Quaternius, Universal Animation Library", 24.0: "Mesh2Motion"}
-OWN, OWN_AUTHOR = "own-", "a2v"
-"""How files of our own gestures begin (``scripts/gestures.py``), and who made them."""
+OWN = "own-"
+"""How files of our own gestures begin (``scripts/gestures.py``)."""
+OWN_AUTHOR = "a2v"
+"""Who made them."""
 
 SHOWN_SECONDS = 5.0
 """How long a cycle is played where no length is asked for."""
 REPEATED_SECONDS = 2.5
 """A clip that can be repeated is, until it has lasted so long."""
 
-TEMPO, WARP = 0.12, 0.03
-"""Of a seed's performance: how far its tempo is from the keyed one (log), and by how much of the clip's length its moments move to and fro."""
+TEMPO = 0.12
+"""How far the tempo of a seed's performance is from the keyed one (log)."""
+WARP = 0.03
+"""By how much of the clip's length its moments move to and fro."""
 AMPLITUDE = (0.85, 1.15)
 """Likewise: how far trunk, head and arms move from their mean pose, over how far they are keyed."""
 HANDS_FREE = 0.3

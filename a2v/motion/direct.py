@@ -17,15 +17,17 @@ from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
-from a2v.motion.timeline import Moments, perform
+from a2v.motion.timeline import Moments, Take, perform
 from a2v.motion.ways import Way, way_along
 from a2v.motion.window_sampler import WindowSampler
-from a2v.types import FloatArray, Motion
+from a2v.types import Motion
 
 #: Clips by which the natural speed of an action is measured.
 SPEED_CLIPS = 16
-MIN_PACE, MAX_PACE = 0.05, 20.0
-"""Metres a second along a path: slower is standing, and nobody runs faster."""
+MIN_PACE = 0.05
+"""Metres a second along a path: slower is standing."""
+MAX_PACE = 20.0
+"""Metres a second along a path: nobody runs faster."""
 SLIDES_ALONG = 0.8
 """Metres a second that a standing foot may slide for each of the body's, before it is held: feet of people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4
@@ -35,12 +37,8 @@ KEPT_SECONDS = 0.4
 def make_motion(
     model: MotionModel,
     steps: Sequence[Step],
+    take: Take,
     *,
-    frames: int,
-    fps: float,
-    seed: int = 0,
-    count: int = 1,
-    lengths: FloatArray | None = None,
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
@@ -54,14 +52,8 @@ def make_motion(
         One that can be directed ("cmu-fine"), with a direction.
     steps : sequence of Step
         One of them along a path.
-    frames : int
-        Of the result, for steps that name no length; a path has its own.
-    fps : float
-        Frames a second of the result.
-    seed, count : int
-        With a direction there is one clip.
-    lengths : (J,) float or None
-        Bone lengths, native units; the model's own without.
+    take : Take
+        A path has its own length, and with a direction there is one clip.
     edit : Edit
     direction : Direction or None
 
@@ -72,12 +64,12 @@ def make_motion(
     """
     after = dataclasses.replace(edit, speed=1.0)
     if direction is None:
-        made = perform(model, steps, frames=frames, fps=fps, speed=edit.speed, seed=seed, count=count, lengths=lengths, skip_rest=True)
+        made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
         made = planted(settled(made, model.card, actions), _skeleton(made), settings=planting(model.card, actions))
         return edited(_rising(made, model, steps), after)
-    check_directed(model, steps, direction, count=count)
-    made = _directed(model, steps, direction, frames=frames, fps=fps, seed=seed, speed=edit.speed, lengths=lengths)
+    check_directed(model, steps, direction, count=take.count)
+    made = _directed(model, steps, direction, take, speed=edit.speed)
     return edited(_rising(made, model, steps), after)
 
 
@@ -98,33 +90,23 @@ def _skeleton(motion: Motion) -> Skeleton:
     return skeleton_of(motion.skeleton, motion.parents.tolist(), motion.joint_names)
 
 
-def _directed(
-    model: MotionModel,
-    steps: Sequence[Step],
-    direction: Direction,
-    *,
-    frames: int,
-    fps: float,
-    seed: int,
-    speed: float,
-    lengths: FloatArray | None,
-) -> Motion:
+def _directed(model: MotionModel, steps: Sequence[Step], direction: Direction, take: Take, *, speed: float) -> Motion:
     assert isinstance(model.sampler, WindowSampler)
     way, pace, facts = None, 0.0, {}
     if direction.path is not None:
         way, pace = _way(model, steps[0].action, direction)
-        frames = int((len(way.points) - 1) / (model.fps * speed * steps[0].speed) * fps + 1e-6) + 1
-        steps = [dataclasses.replace(steps[0], frames=frames, seconds=None)]
+        frames = int((len(way.points) - 1) / (model.fps * speed * steps[0].speed) * take.fps + 1e-6) + 1
+        steps, take = [dataclasses.replace(steps[0], frames=frames, seconds=None)], dataclasses.replace(take, frames=frames)
         facts = {"path": np.asarray(direction.path.points).round(4).tolist(), "pace": pace}
-    reader = model.sampler.reader(model.bone_lengths if lengths is None else lengths)
+    reader = model.sampler.reader(model.bone_lengths if take.lengths is None else take.lengths)
 
     def steerer(moments: Moments) -> DirectionSteerer:
         return DirectionSteerer(direction=_timed(direction, moments.seconds), reader=reader, fps=model.fps, frame_of=moments.frame_of, way=way)
 
-    made = perform(model, steps, frames=frames, fps=fps, speed=speed, seed=seed, lengths=lengths, steerer=steerer)
+    made = perform(model, steps, take, speed=speed, steerer=steerer)
     skeleton = _skeleton(made)
-    timed = _timed(direction, (made.frames - 1) / fps)
-    kept = [round(key.time * fps) for key in timed.keyframes if key.joints is not None]
+    timed = _timed(direction, (made.frames - 1) / take.fps)
+    kept = [round(key.time * take.fps) for key in timed.keyframes if key.joints is not None]
     made = _on_ground(made, model, steps, kept=kept)
     facts |= {"keyframes": [key.time for key in timed.keyframes]} if timed.keyframes else {}
     settings = dataclasses.replace(planting(model.card, [step.action for step in steps]), carry=0.0, share=SLIDES_ALONG)

@@ -20,13 +20,20 @@ from a2v.motion.steer import CodeReader, SoftConstraint, Steering, between_frame
 from a2v.motion.ways import Way
 from a2v.types import FloatArray
 
-#: How near, metres, the root shall be to the path and the hips' line to its side, and every how many seconds that is asked for
-#: (docs/results/motion_direction.md).
-PATH_SIGMA, SIDE_SIGMA, ASK_SECONDS = 0.15, 0.1, 0.66
-#: How near a given pose shall be: directions of bones (unit vectors), places, metres.
-POSE_SIGMA, PLACE_SIGMA = 0.02, 0.005
-HELD_SIGMA, HELD_SECONDS = 0.05, 0.25
-"""The same of what is held, and every how many seconds that is asked for; `hold_limbs` does the rest."""
+PATH_SIGMA = 0.15
+"""How near the root shall be to the path, metres (docs/results/motion_direction.md)."""
+SIDE_SIGMA = 0.1
+"""How near the hips' line shall be to the path's side (unit vectors)."""
+ASK_SECONDS = 0.66
+"""Every how many seconds that is asked for."""
+POSE_SIGMA = 0.02
+"""How near the directions of bones of a given pose shall be (unit vectors)."""
+PLACE_SIGMA = 0.005
+"""How near its places shall be, metres."""
+HELD_SIGMA = 0.05
+"""How near what is held shall be, as `POSE_SIGMA`; `hold_limbs` does the rest."""
+HELD_SECONDS = 0.25
+"""Every how many seconds that is asked for."""
 PASSES = 4
 """How often a window is made whose constraints are exact."""
 CALM_FRAMES = 12

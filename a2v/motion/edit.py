@@ -27,17 +27,25 @@ from a2v.types import FloatArray, IntArray, Motion
 RISING = ("Climb", "Step")
 """The papers' actions, and families of finer ones, that go up."""
 
-FLYING, RUNNING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive"), ("run", "jog")
-"""Parts of the names of actions, or of their families, in which people are in the air."""
+FLYING = ("jump", "hop", "leap", "kick", "ballet", "animal", "dive")
+"""Parts of the names of actions, or of their families, in which people jump."""
+RUNNING = ("run", "jog")
+"""The same in which people run."""
 
-AIR_SECONDS, STEP_SECONDS, TOE_SECONDS = 0.7, 0.4, 0.15
-"""How long no joint is near the ground at most: in a jump, between two steps of a run, and where a foot always is."""
+AIR_SECONDS = 0.7
+"""How long no joint is near the ground at most, in a jump."""
+STEP_SECONDS = 0.4
+"""The same between two steps of a run."""
+TOE_SECONDS = 0.15
+"""The same where a foot always is on the ground."""
 
 MOST_APART = 0.03
 """Metres by which the floors of two feet may lie apart and be one ground still."""
 
-#: Shortest cycle that `make_loop` looks for, and how long its end fades into what led to its start, seconds.
-LEAST_LOOP_SECONDS, FADE_SECONDS = 0.8, 0.4
+LEAST_LOOP_SECONDS = 0.8
+"""Shortest cycle that `make_loop` looks for."""
+FADE_SECONDS = 0.4
+"""How long its end fades into what led to its start."""
 #: Least mean speed of a cycle over the upper quartile of the clip's.
 LIVELY = 0.7
 #: How much accelerations speak against the moments where a cycle begins and ends.

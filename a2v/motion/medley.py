@@ -25,6 +25,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, rises
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.types import FloatArray, Motion
 
 MODEL_SECONDS = 3.0
@@ -77,7 +78,7 @@ def make_sourced(
         raise InputError("every step needs a source, as a2v.motion.catalog.understand gives it")
     sources = {step.source for step in steps}
     if len(sources) == 1 and CLIPS not in sources:
-        return make_motion(MotionModel.load(steps[0].source), steps, frames=frames, fps=fps, seed=seed, count=count, edit=edit)
+        return make_motion(MotionModel.load(steps[0].source), steps, Take(frames=frames, fps=fps, seed=seed, count=count), edit=edit)
     made = [_one(steps, frames, fps, seed + number, edit) for number in range(count)]
     if count == 1:
         return made[0]
@@ -172,7 +173,7 @@ def _played(segment: _Segment, fps: float, seed: int, speed: float, *, ahead: in
         return np.concatenate([np.repeat(joints[:1], frames - len(joints), axis=0), joints])
     counts = [*segment.counts[:-1], segment.counts[-1] + ahead]
     steps = [dataclasses.replace(step, frames=count, seconds=None) for step, count in zip(segment.steps, counts, strict=True)]
-    return on_clips_skeleton(make_motion(MotionModel.load(first.source), steps, frames=frames, fps=fps, seed=seed, edit=Edit(speed=speed)))
+    return on_clips_skeleton(make_motion(MotionModel.load(first.source), steps, Take(frames=frames, fps=fps, seed=seed), edit=Edit(speed=speed)))
 
 
 def _fade(end: FloatArray, begin: FloatArray, skeleton: Skeleton, fps: float) -> int:

@@ -21,13 +21,15 @@ from a2v.motion.edit import Edit
 from a2v.motion.medley import make_sourced, natural_seconds
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
-from a2v.motion.timeline import read_timeline
+from a2v.motion.timeline import Take, read_timeline
 from a2v.motion.vocabulary import Vocabulary
 from a2v.sessions import file_digest
-from a2v.types import FloatArray, Motion
+from a2v.types import Motion
 
-AUTO, DIRECTED = "auto", "cmu-fine"
-"""All sources (`a2v.motion.catalog.SOURCES`); and the one of them that can be directed."""
+AUTO = "auto"
+"""All sources (`a2v.motion.catalog.SOURCES`)."""
+DIRECTED = "cmu-fine"
+"""The one of them that can be directed."""
 
 
 @dataclass(frozen=True)
@@ -85,29 +87,17 @@ class MotionPlan:
         return [f"{line} [{name}]" for line, name in zip(told, names, strict=True)]
 
     def make(
-        self,
-        *,
-        frames: int,
-        fps: float,
-        seed: int = 0,
-        count: int = 1,
-        lengths: FloatArray | None = None,
-        edit: Edit = Edit(),
-        direction: Direction | None = None,
+        self, take: Take, *, edit: Edit = Edit(), direction: Direction | None = None
     ) -> Motion:
         """The motion; see `make_steps`."""
-        return make_steps(self.model, self.steps, frames=frames, fps=fps, seed=seed, count=count, lengths=lengths, edit=edit, direction=direction)
+        return make_steps(self.model, self.steps, take, edit=edit, direction=direction)
 
 
 def make_steps(
     model: MotionModel | None,
     steps: Sequence[Step],
+    take: Take,
     *,
-    frames: int,
-    fps: float,
-    seed: int = 0,
-    count: int = 1,
-    lengths: FloatArray | None = None,
     edit: Edit = Edit(),
     direction: Direction | None = None,
 ) -> Motion:
@@ -119,15 +109,13 @@ def make_steps(
         See both.
     """
     if model is not None and not any(step.source for step in steps):
-        return make_motion(
-            model, steps, frames=frames, fps=fps, seed=seed, count=count, lengths=lengths, edit=edit, direction=direction
-        )  # fmt: skip
-    if direction is not None or lengths is not None:
+        return make_motion(model, steps, take, edit=edit, direction=direction)
+    if direction is not None or take.lengths is not None:
         raise InputError(
             f"{', '.join(step.action for step in steps)}: what hand-keyed clips are part of has its own bones and goes its own way; "
             "leave bone lengths, paths, poses and holds out"
         )
-    return make_sourced(steps, frames=frames, fps=fps, seed=seed, count=count, edit=edit)
+    return make_sourced(steps, frames=take.frames, fps=take.fps, seed=take.seed, count=take.count, edit=edit)
 
 
 def plan_motion(

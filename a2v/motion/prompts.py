@@ -22,8 +22,10 @@ NUMBERS = {
 }  # fmt: skip
 #: Longest step that a prompt may ask for, seconds.
 MAX_SECONDS = 600.0
-MAX_PROMPT, MAX_PARTS = 2000, 40
-"""Letters of a prompt, and parts of it: what is longer is refused before it is read."""
+MAX_PROMPT = 2000
+"""Letters of a prompt: what is longer is refused before it is read."""
+MAX_PARTS = 40
+"""Parts of a prompt."""
 
 NEGATIONS = frozenset(["not", "no", "dont", "doesnt", "didnt", "isnt", "never", "without", "cant", "cannot", "avoid", "nor"])
 RESUMES = frozenset(["but", "and", "just", "instead", "rather", "only"])

@@ -29,6 +29,29 @@ EASE_SECONDS = 0.5
 MAX_TIMELINE_BYTES = 1 << 16
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Take:
+    """Clips in numbers: how long, how many, by which seed, on which bones.
+
+    Attributes
+    ----------
+    frames : int
+        Of the result, shared alike by the steps that name no length.
+    fps : float
+        Frames a second of the result.
+    seed, count : int
+        Clips that are made, and the seed of all of them.
+    lengths : (J,) float or None
+        Bone lengths, native units; the model's own without.
+    """
+
+    frames: int
+    fps: float
+    seed: int = 0
+    count: int = 1
+    lengths: FloatArray | None = None
+
+
 @dataclass(frozen=True)
 class Moments:
     """When the frames of a result take place.
@@ -118,13 +141,9 @@ def step_frames(steps: Sequence[Step], *, frames: int, fps: float) -> list[int]:
 def perform(
     model: MotionModel,
     steps: Sequence[Step],
+    take: Take,
     *,
-    frames: int = 60,
-    fps: float | None = None,
     speed: float = 1.0,
-    count: int = 1,
-    seed: int = 0,
-    lengths: FloatArray | None = None,
     skip_rest: bool = False,
     steerer: Callable[[Moments], Steerer] | None = None,
 ) -> Motion:
@@ -134,17 +153,10 @@ def perform(
     ----------
     model : MotionModel
     steps : sequence of Step
-    frames : int
-        Of the result; shared alike by the steps that name no length.
-    fps : float or None
-        Frames a second of the result; None for the model's own.
+    take : Take
+        With one clip the result has no leading dimension.
     speed : float
         Tempo of the whole, beside that of its steps.
-    count : int
-        Clips; with 1 the result has no leading dimension.
-    seed : int
-    lengths : (J,) float or None
-        Bone lengths, native units; the model's own without.
     skip_rest : bool
         Actions begin where people get going, see `MotionModel.generate`.
     steerer : callable or None
@@ -155,20 +167,20 @@ def perform(
     InputError
         An unknown action, or a number out of range.
     """
-    rate = model.fps if fps is None else fps
+    rate, count = take.fps, take.count
     check_speed(speed)
-    lasting = step_frames(steps, frames=frames, fps=rate)
+    lasting = step_frames(steps, frames=take.frames, fps=rate)
     at, starts, longer = _moments(steps, lasting, ease=EASE_SECONDS * rate, speed=speed, made_for_one=model.fps / rate, travels=steerer is None)
     made = int(np.ceil(at[-1] - 1e-6)) + 1
     names = model.check_request([step.action for step in steps], frames=made, count=count)
     labels = np.array([model.label(name) for name in names])[np.searchsorted(starts, np.arange(made) + 1e-6, side="right") - 1]
-    body = model.bone_lengths if lengths is None else np.asarray(lengths, dtype=np.float32)
-    noise = _noise_of(steps, starts, seed)
+    body = model.bone_lengths if take.lengths is None else np.asarray(take.lengths, dtype=np.float32)
+    noise = _noise_of(steps, starts, take.seed)
     joints, rotations = model.generate(
         np.tile(labels, (count, 1)), np.tile(body, (count, 1)), noise, fresh=True, skip_rest=skip_rest,
         steerer=None if steerer is None else steerer(Moments(at, rate)),
     )  # fmt: skip
-    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=seed, place=steerer is None)
+    motion = model.to_motion(joints, rotations, lengths=body, names=names, seed=take.seed, place=steerer is None)
     if len(at) != made or not np.allclose(at, np.arange(made), atol=1e-6):
         motion = dataclasses.replace(resample_at(motion, np.minimum(at, made - 1)), fps=float(rate))
     motion = lengthened(motion, longer)

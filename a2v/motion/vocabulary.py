@@ -36,8 +36,10 @@ UNEXPLAINED_NAME = 0.6
 ANOTHER_NAME = 0.1
 """The same where the prompt has none of them, and says it in other words."""
 OTHER_KIND = 0.55
-KIND_SHARE, HINT_SHARE = 0.5, 0.8
-"""How much of a word an action's family, and what else it is called, explain."""
+KIND_SHARE = 0.5
+"""How much of a word an action's family explains."""
+HINT_SHARE = 0.8
+"""How much of a word what else an action is called explains."""
 PLACED_WORD = 0.4
 """Share of its weight that a word has which says where something takes place ("stand up from the floor"), for actions that do not have it."""
 ADVERB = 0.4
@@ -45,8 +47,10 @@ ADVERB = 0.4
 HINT = 0.55
 """Weight of a word that no name has, only what actions are called besides."""
 TEMPO_WEIGHT = 0.3
-ANIMALS, ANIMAL = "Animal Behavior", 2.0
-"""The family of animals, and the weight of the name of one that acts, or like which somebody does: whatever an elephant does, it is the elephant's."""
+ANIMALS = "Animal Behavior"
+"""The family of animals."""
+ANIMAL = 2.0
+"""Weight of the name of an animal that acts, or like which somebody does: whatever an elephant does, it is the elephant's."""
 DESCRIPTION_SHARE = 0.04
 LIGHTEST = 0.6
 """Least weight of a word of a name that is no tempo and no particle."""

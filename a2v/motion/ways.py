@@ -17,8 +17,10 @@ from a2v.types import FloatArray
 MAX_POINTS = 10_000
 MAX_BYTES = MAX_POINTS * 100
 
-MIN_METRES, MAX_METRES = 0.1, 2000.0
-"""Lengths of paths: a shorter one is a place; a longer one takes more frames than a motion may have. The numbers stay near the origin, too."""
+MIN_METRES = 0.1
+"""Shortest path: a shorter one is a place."""
+MAX_METRES = 2000.0
+"""Longest path: a longer one takes more frames than a motion may have; the numbers stay near the origin, too."""
 
 SVG_METRES = 0.01
 """Metres of a unit of a drawing."""
@@ -26,9 +28,10 @@ SVG_METRES = 0.01
 ROUNDING = 0.12
 """Standard deviation, metres along the path, of what rounds its corners: a right angle is cut by 7 cm."""
 
-SIDEWAYS, ALONG = 1.8, 2.0
-"""Accelerations that people turn with and get faster and slower with, m/s²: they slow down for a corner, and walk the sharpest at `SLOWEST` of
-their pace."""
+SIDEWAYS = 1.8
+"""Acceleration that people turn with, m/s²: they slow down for a corner."""
+ALONG = 2.0
+"""Acceleration that people get faster and slower with, m/s²."""
 SLOWEST = 0.4
 
 AHEAD = 0.3

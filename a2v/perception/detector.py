@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -65,19 +67,27 @@ class Detection:
         return Detection(keypoints=keypoints, keypoints_3d=self.keypoints_3d, mask=placed)
 
 
+_REMARK = re.compile(rb"(INFO|WARNING|libEGL warning|MESA[\w-]*): |[IW]\d{4}")
+"""How lines of mediapipe's C++ (absl, TensorFlow Lite) and of graphics libraries begin that tell of no error."""
+
+
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Send the process's stderr to nowhere: mediapipe's C++ logs there past every Python setting."""
+    """Keep remarks off the process's stderr: mediapipe's C++ logs there past every Python setting. Lines that are no remarks follow at the end."""
     sys.stderr.flush()
     saved = os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-        os.close(nowhere)
+    with tempfile.TemporaryFile() as kept:
+        try:
+            os.dup2(kept.fileno(), 2)
+            yield
+        finally:
+            sys.stderr.flush()
+            os.dup2(saved, 2)
+            kept.seek(0)
+            for line in kept.read().splitlines(keepends=True):
+                if line.strip() and not _REMARK.match(line):
+                    os.write(saved, line)
+            os.close(saved)
 
 
 class Solution:
@@ -96,6 +106,7 @@ class Solution:
             import mediapipe as mp
 
             self._graph = self._made(mp.solutions)
+            self._graph._graph.wait_until_idle()  # its threads open the models, and say so
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -22,8 +22,12 @@ MAX_PIXELS = 60_000_000
 MAX_BYTES = 512 << 20
 """Largest encoded photo, bytes."""
 
-_EXIF, _FOCAL_35, _FOCAL = 0x8769, 0xA405, (8.0, 1200.0)
-"""EXIF's own directory, its tag FocalLengthIn35mmFilm, and lengths that there are, millimetres."""
+_EXIF = 0x8769
+"""EXIF's own directory."""
+_FOCAL_35 = 0xA405
+"""Its tag FocalLengthIn35mmFilm."""
+_FOCAL = (8.0, 1200.0)
+"""Focal lengths that there are, millimetres."""
 
 _FORMATS = ("JPEG", "PNG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "JPEG2000", "AVIF")
 """Pillow's names of what is read; none starts another program, and MPO is opened as JPEG. Old Pillows have no AVIF."""

@@ -22,15 +22,22 @@ _SURE = 0.12
 """Places of the body map with a larger scale tell no part."""
 _MIXED = 0.7
 """A pixel of the body map is of another part where at least this share of what is around it is."""
-_DOUBTFUL, _DEEP = 0.07, 0.02
-"""Up to so far from another part, metres, a pixel's colour is looked at; what is deeper than the second in a part tells its colours."""
+_DOUBTFUL = 0.07
+"""Up to so far from another part a pixel's colour is looked at, metres."""
+_DEEP = 0.02
+"""What is deeper in a part tells its colours, metres."""
 _MOVING = ("hand", "lower_arm", "shin", "foot")
 """Parts that lie before others, or others before them, in poses of which the fit is a little off."""
 _ALIKE = 9.0
 """Colours within so many CIELAB units are alike."""
-_TELLS, _RARE = 2.0, 0.03
-"""A pixel is another part's if the share of that part's pixels that are like it is so many times the share of its own part's, and so much more."""
-_SAMPLES, _LEAST = 600, 30
+_TELLS = 2.0
+"""A pixel is another part's if the share of that part's pixels that are like it is so many times the share of its own part's."""
+_RARE = 0.03
+"""And so much more."""
+_SAMPLES = 600
+"""Pixels of a part that are compared, at most."""
+_LEAST = 30
+"""Pixels of a part that are needed."""
 STEP = 2
 """Pixels of the photo a side that share an answer."""
 

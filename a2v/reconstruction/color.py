@@ -19,7 +19,7 @@ from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
-from a2v.reconstruction.equation14 import ColorSolution, solve_colors
+from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import face_paint
 from a2v.reconstruction.merged import OtherPhoto, on_vertices
 from a2v.reconstruction.projection import PhotoProjection
@@ -173,10 +173,8 @@ def color_surface(
     if continued is not None:
         expected, near, band = continued.expected, continued.neighbors, band | continued.doubtful
         fixed = np.where(continued.labels[:, None] > 0, expected, colors)
-    solution = solve_colors(
-        np.where(known[:, None], fixed, expected), prior=np.clip(expected, 0, 1), neighbors=near,
-        free=~known, band=band, lambda_nn=settings.lambda_nn, tolerance=settings.tolerance,
-    )  # fmt: skip
+    problem = ColorProblem(prior=np.clip(expected, 0, 1), neighbors=near, free=~known, band=band, lambda_nn=settings.lambda_nn)
+    solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
         base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))

@@ -17,6 +17,31 @@ from a2v.errors import InputError
 from a2v.types import BoolArray, FloatArray, IntArray
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ColorProblem:
+    """What Eq. 14 is solved for.
+
+    Attributes
+    ----------
+    prior : (V, 3)
+        c^p, read where ``free & ~band``.
+    neighbors : (V, N) int
+        N_x; rows of fixed vertices are not read.
+    free : (V,) bool
+        O and the band: vertices whose colours are sought.
+    band : (V,) bool
+        Free vertices of the transition band: second term only.
+    lambda_nn : float
+        Weight of the neighbours.
+    """
+
+    prior: FloatArray
+    neighbors: IntArray
+    free: BoolArray
+    band: BoolArray
+    lambda_nn: float = 1.0
+
+
 @dataclass(frozen=True)
 class ColorSolution:
     """What `solve_colors` found.
@@ -55,42 +80,22 @@ class _Programme:
     start: FloatArray
 
 
-def color_objective(
-    colors: FloatArray, *, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
-) -> float:
-    """Value of Eq. 14 at `colors` (V, 3); the other parameters as for `solve_colors`."""
-    data = np.linalg.norm(colors - prior, axis=1)[free & ~band].sum()
-    smooth = np.linalg.norm(colors[free][:, None] - colors[neighbors[free]], axis=2).mean(axis=1).sum()
-    return float(data + lambda_nn * smooth)
+def color_objective(colors: FloatArray, problem: ColorProblem) -> float:
+    """Value of Eq. 14 at `colors` (V, 3)."""
+    free = problem.free
+    data = np.linalg.norm(colors - problem.prior, axis=1)[free & ~problem.band].sum()
+    smooth = np.linalg.norm(colors[free][:, None] - colors[problem.neighbors[free]], axis=2).mean(axis=1).sum()
+    return float(data + problem.lambda_nn * smooth)
 
 
-def solve_colors(
-    colors: FloatArray,
-    *,
-    prior: FloatArray,
-    neighbors: IntArray,
-    free: BoolArray,
-    band: BoolArray,
-    lambda_nn: float = 1.0,
-    tolerance: float = 1e-4,
-    max_iterations: int = 2000,
-) -> ColorSolution:
+def solve_colors(colors: FloatArray, problem: ColorProblem, *, tolerance: float = 1e-4, max_iterations: int = 2000) -> ColorSolution:
     """Minimise Eq. 14.
 
     Parameters
     ----------
     colors : (V, 3)
         Known colours where not `free`; a starting point where free.
-    prior : (V, 3)
-        c^p, read where ``free & ~band``.
-    neighbors : (V, N) int
-        N_x; rows of fixed vertices are not read.
-    free : (V,) bool
-        O and the band: vertices whose colours are sought.
-    band : (V,) bool
-        Free vertices of the transition band: second term only.
-    lambda_nn : float
-        Weight of the neighbours.
+    problem : ColorProblem
     tolerance : float
         Stop when both relative residuals are below it.
     max_iterations : int
@@ -100,17 +105,18 @@ def solve_colors(
     InputError
         Arrays that do not fit each other, NaN, or lambda_nn not positive.
     """
-    _check(colors, prior, neighbors, free, band, lambda_nn)
+    _check(colors, problem)
+    free = problem.free
     if not free.any():
         return ColorSolution(np.array(colors, np.float64), 0, 0.0, 0.0)
-    value, iteration, residual = _minimise(_programme(colors, prior, neighbors, free, band, lambda_nn), tolerance, max_iterations)
+    value, iteration, residual = _minimise(_programme(colors, problem), tolerance, max_iterations)
     result = np.array(colors, np.float64)
     result[free] = value
-    objective = color_objective(result, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn)
-    return ColorSolution(result, iteration, residual, objective)
+    return ColorSolution(result, iteration, residual, color_objective(result, problem))
 
 
-def _check(colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float) -> None:
+def _check(colors: FloatArray, problem: ColorProblem) -> None:
+    prior, neighbors, free, band, lambda_nn = problem.prior, problem.neighbors, problem.free, problem.band, problem.lambda_nn
     count = len(colors)
     for name, array, shape in (("prior", prior, (count, 3)), ("free", free, (count,)), ("band", band, (count,))):
         if array.shape != shape:
@@ -123,17 +129,16 @@ def _check(colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: Boo
         raise InputError("fixed colours or the prior hold NaN; expected finite numbers")
 
 
-def _programme(
-    colors: FloatArray, prior: FloatArray, neighbors: IntArray, free: BoolArray, band: BoolArray, lambda_nn: float
-) -> _Programme:
-    """Eq. 14 in matrices; the parameters as for `solve_colors`."""
+def _programme(colors: FloatArray, problem: ColorProblem) -> _Programme:
+    """Eq. 14 in matrices."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
 
+    free, neighbors = problem.free, problem.neighbors
     count, unknowns = len(colors), int(free.sum())
     number = np.full(count, -1)
     number[free] = np.arange(unknowns)
-    anchored = np.nonzero(free & ~band)[0]
+    anchored = np.nonzero(free & ~problem.band)[0]
     low, high, times = _neighbor_pairs(neighbors, free)
     rows = np.arange(len(low))
     difference = sp.csr_matrix((np.ones(len(low)), (rows, low)), (len(low), count)) - sp.csr_matrix(
@@ -152,8 +157,8 @@ def _programme(
     tied[label[number[np.where(free[low[touching]], low[touching], high[touching])]]] = True
     return _Programme(
         operator=operator,
-        target=np.concatenate([-(difference @ known), prior[anchored]]),
-        weight=np.concatenate([times * (lambda_nn / neighbors.shape[1]), np.ones(len(anchored))]),
+        target=np.concatenate([-(difference @ known), problem.prior[anchored]]),
+        weight=np.concatenate([times * (problem.lambda_nn / neighbors.shape[1]), np.ones(len(anchored))]),
         pairs=len(low),
         normal=normal,
         ridge=sp.diags(np.where(tied[label], 0.0, 1e-6)),

@@ -9,8 +9,12 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, Subject
 
 _SIDES = {"left": (11, 13, 15, (17, 19)), "right": (12, 14, 16, (18, 20))}
 """BlazePose's shoulder, elbow, wrist and the knuckles of little and index finger."""
-_LOWER, _PALM, _FINGER = 0.05, 0.045, 0.014
-"""Half the width of a forearm in its sleeve, of a hand of which only the knuckles are known, and of a finger, metres."""
+_LOWER = 0.05
+"""Half the width of a forearm in its sleeve, metres."""
+_PALM = 0.045
+"""Half the width of a hand of which only the knuckles are known, metres."""
+_FINGER = 0.014
+"""Half the width of a finger, metres."""
 _REACH = 1.9
 """A hand ends so many times as far from the wrist as its knuckles."""
 _SURE = 0.5
@@ -19,12 +23,16 @@ _OFF = 0.06
 """The fit of an arm is off where elbow or wrist are so far from their landmarks, metres."""
 _BEHIND = -0.12
 """A wrist so far behind its shoulder, metres, may be hidden by the trunk."""
-_SKIN_HUES, _COLOURED = (25.0, 85.0), 8.0
-"""People's skin is reddish to yellow, degrees in CIELAB, and of at least this chroma."""
+_SKIN_HUES = (25.0, 85.0)
+"""People's skin is reddish to yellow, degrees in CIELAB."""
+_COLOURED = 8.0
+"""And of at least this chroma."""
 _HUE = np.array([0.35, 1.0, 1.0])
 """What lightness, a and b count for: hands lie in other light than the face."""
-_LIKE, _GLOVE = 15.0, 0.25
-"""Colours so near to the face's, CIELAB units, are skin; hands of which a smaller share is like it wear gloves."""
+_LIKE = 15.0
+"""Colours so near to the face's, CIELAB units, are skin."""
+_GLOVE = 0.25
+"""Hands of which a smaller share is like it wear gloves."""
 _FINGERS = ((0, 1, 2, 3, 4), (0, 5, 6, 7, 8), (5, 9, 10, 11, 12), (9, 13, 14, 15, 16), (13, 17, 18, 19, 20), (0, 17))
 
 

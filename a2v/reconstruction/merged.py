@@ -19,8 +19,10 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Subje
 
 _LEAST = 60
 """So many vertices of a part that both photos show tell an exposure."""
-_EXPOSURE, _TINT = (0.4, 2.5), (0.75, 1.33)
-"""Least and largest factor between the exposures of two photos, and of a channel beside the middle one: a jacket of another colour behind is no other light."""
+_EXPOSURE = (0.4, 2.5)
+"""Least and largest factor between the exposures of two photos."""
+_TINT = (0.75, 1.33)
+"""The same of a channel beside the middle one: a jacket of another colour behind is no other light."""
 _CLIPPED = (0.02, 0.97)
 """Colours below and above tell no exposure, sRGB."""
 _SHARP = 4

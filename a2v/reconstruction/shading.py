@@ -20,8 +20,10 @@ from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 LIMITS = (0.6, 1.6)
 """Least and most shading that is taken out, against its mean of 1."""
 
-_STUFFS, _TURNS = 6, 8
-"""Groups of colours that share an albedo, and how often groups and light are fitted by turns."""
+_STUFFS = 6
+"""Groups of colours that share an albedo."""
+_TURNS = 8
+"""How often groups and light are fitted by turns."""
 
 _LIGHTNESS = 0.2
 """What lightness counts for beside hue where colours are grouped: a shaded side is the same stuff."""
@@ -29,11 +31,15 @@ _LIGHTNESS = 0.2
 _STIFF = 0.02
 """How stiffly the light keeps to being even: a penalty on the squares of its harmonics, in units of the mean squared error."""
 
-_OPEN, _RAYS = 0.5, 32
-"""Power of the openness, and rays by which it is found."""
+_OPEN = 0.5
+"""Power of the openness."""
+_RAYS = 32
+"""Rays by which it is found."""
 
-_CLIPPED, _DARK = 0.9, 0.01
-"""Luminances from which on the sensor is full, and up to which it sees noise: they say nothing about light."""
+_CLIPPED = 0.9
+"""Luminance from which on the sensor is full: it says nothing about light."""
+_DARK = 0.01
+"""Luminance up to which the sensor sees noise."""
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _MAP = 512

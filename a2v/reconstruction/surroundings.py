@@ -14,8 +14,10 @@ _RIM = 0.015
 """Between this, metres, beside the mask and ..."""
 _NEAR = 0.3
 """... this lies what tells the surroundings' colours."""
-_COLOR, _PLACE = 9.0, 0.3
-"""So many CIELAB units count like so many metres."""
+_COLOR = 9.0
+"""So many CIELAB units count like `_PLACE`."""
+_PLACE = 0.3
+"""So many metres count like `_COLOR`."""
 _ALIKE = 1.2
 """A pixel shows the surroundings where it is nearer to one of their samples than this, of colour and place together, and ..."""
 _RATIO = 0.6

@@ -16,8 +16,10 @@ from a2v.types import FloatArray, IntArray
 _WIDEST = 4
 """Most pixels of a row in a cell."""
 
-_BORDER, _GRAIN = 8, 16
-"""The denoiser gets so many cells more than are shown, and begins at multiples of `_GRAIN` (its own raster, or a moving picture would flicker)."""
+_BORDER = 8
+"""The denoiser gets so many cells more than are shown."""
+_GRAIN = 16
+"""It begins at multiples of so many cells (its own raster, or a moving picture would flicker)."""
 
 
 def cell_width(camera: ViewCamera) -> int:

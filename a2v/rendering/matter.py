@@ -26,14 +26,20 @@ WRAP = (0.26, 0.12, 0.07)
 _LIFT = 0.004
 """How far above the skin a ray to a lamp begins, metres."""
 
-_ROUGH, _CLEAR = 0.22, 0.07
-"""Widths of the lobes of skin and eyes (GGX's alpha)."""
+_ROUGH = 0.22
+"""Width of the lobe of skin (GGX's alpha)."""
+_CLEAR = 0.07
+"""Width of the lobe of eyes (GGX's alpha)."""
 
-_LEAST, _SHARE = 50, 0.15
-"""Vertices that must look like skin, and what part of those that mostly do."""
+_LEAST = 50
+"""Vertices that must look like skin."""
+_SHARE = 0.15
+"""And what part of those that mostly do."""
 
-_RED, _BLUE = (0.1, 1.3), (-1.6, 0.05)
-"""What the logarithms of red and of blue over green are on skin of any colour, in white light or nearly so."""
+_RED = (0.1, 1.3)
+"""What the logarithm of red over green is on skin of any colour, in white light or nearly so."""
+_BLUE = (-1.6, 0.05)
+"""The same of blue over green."""
 
 _FRESNEL = 0.028
 """Reflectance of skin and eyes face on (index of refraction 1.4)."""

@@ -20,8 +20,10 @@ from a2v.types import ByteArray, FloatArray, RenderSettings, Surface
 _DARKEST = 0.3
 """Least light that colours are divided by."""
 
-_GREY, _SPREAD = 0.5, 12
-"""Albedo of the person on whom light is read, and how many rings of vertices it is carried on beyond what is seen."""
+_GREY = 0.5
+"""Albedo of the person on whom light is read."""
+_SPREAD = 12
+"""Rings of vertices that it is carried on beyond what is seen."""
 
 DIRECTED = 0.4
 """Largest share of the light that comes from one direction: the colours of the photo hold its shading already."""

@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from a2v.geometry.mesh import vertex_normals
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, Surface
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreviewStyle:
+    """How a quick look is painted.
+
+    Attributes
+    ----------
+    shaded : bool
+        Dim by the angle to the camera.
+    plain : bool
+        White clay instead of the colours: shows the shape.
+    background : tuple of 3 int
+        sRGB where nothing is.
+    """
+
+    shaded: bool = True
+    plain: bool = False
+    background: tuple[int, int, int] = (235, 235, 240)
 
 
 def preview_surface(
@@ -18,9 +38,7 @@ def preview_surface(
     size: int = 512,
     center: FloatArray | None = None,
     extent: float | None = None,
-    shaded: bool = True,
-    plain: bool = False,
-    background: tuple[int, int, int] = (235, 235, 240),
+    style: PreviewStyle = PreviewStyle(),
 ) -> ByteArray:
     """An orthographic picture of `surface`.
 
@@ -35,12 +53,7 @@ def preview_surface(
         Point in the middle of the picture, metres; default: the middle of the bounds.
     extent : float, optional
         Width of what is seen, metres; default: the surface with a border.
-    shaded : bool
-        Dim by the angle to the camera.
-    plain : bool
-        White clay instead of the colours: shows the shape.
-    background : tuple of 3 int
-        sRGB where nothing is.
+    style : PreviewStyle
 
     Returns
     -------
@@ -57,14 +70,14 @@ def preview_surface(
     ticks = ((np.arange(size) + 0.5) / size - 0.5) * extent
     origins = middle + ticks[None, :, None] * right - ticks[:, None, None] * up + backward * 10.0
     seen, face, weights = _first_hits(surface, origins, -backward)
-    color = np.full((len(face), 3), 0.8) if plain else _colors_at(surface, face, weights)
-    if shaded or plain:
+    color = np.full((len(face), 3), 0.8) if style.plain else _colors_at(surface, face, weights)
+    if style.shaded or style.plain:
         normal = (vertex_normals(vertices, surface.faces)[surface.faces[face]] * weights[..., None]).sum(axis=1)
         light = backward + 0.35 * up - 0.25 * right
         facing = np.clip(normal @ (light / np.linalg.norm(light)), 0, 1)
-        color = color * ((0.25 + 0.75 * facing) if plain else (0.7 + 0.3 * facing))[:, None]
+        color = color * ((0.25 + 0.75 * facing) if style.plain else (0.7 + 0.3 * facing))[:, None]
     picture = np.empty((size, size, 3), np.uint8)
-    picture[:] = background
+    picture[:] = style.background
     picture[seen] = np.clip(color * 255 + 0.5, 0, 255).astype(np.uint8)
     return picture
 

@@ -11,8 +11,10 @@ from a2v.rendering.empty import Empty
 from a2v.rendering.scene import LookSettings
 from a2v.types import BoolArray, FloatArray, IntArray
 
-TILE, _FINE = 8, 4
-"""Pixels a side of the squares in which the ground's light and the person are traced or not."""
+TILE = 8
+"""Pixels a side of the squares in which the ground's light is traced or not."""
+_FINE = 4
+"""Pixels a side of the squares in which the person is traced or not."""
 
 _STEP = 4
 """Every so manieth pixel is asked how far it is from the person."""

@@ -17,8 +17,10 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.rendering.camera import ViewCamera
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject, Surface
 
-HEIGHT, DISTANCE = (1.4, 0.25), (3.8, 0.45)
-"""Usual height and distance of a camera that sees a whole person, metres, and the spreads of their logarithms."""
+HEIGHT = (1.4, 0.25)
+"""Usual height of a camera that sees a whole person, metres, and the spread of its logarithm."""
+DISTANCE = (3.8, 0.45)
+"""Usual distance of such a camera, metres, and the spread of its logarithm."""
 
 TOLD = 0.15
 """Spread of the logarithm of a distance that follows from the focal length in the file: photos are cropped."""
@@ -26,8 +28,10 @@ TOLD = 0.15
 SLOPE = 0.13
 """Standard deviation of the slope of reconstructed soles about the ground's (docs/research/rendering.md)."""
 
-_DOWN, _RAISED = -0.6, 0.12
-"""Largest y of a sole's normals; so much higher than the lowest, metres, a foot stands on nothing."""
+_DOWN = -0.6
+"""Largest y of a sole's normals."""
+_RAISED = 0.12
+"""A foot that is so much higher than the lowest stands on nothing, metres."""
 
 _CLOSE = 0.7
 """The camera is at least so far before what of the person is next to it, metres."""

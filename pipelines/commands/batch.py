@@ -49,12 +49,12 @@ class Options:
 
     jobs: str = option("CSV or YAML file of jobs", names=("jobs",), metavar="FILE")
     out: str = option("folder for the results")
-    motion: MotionRequest = group(MotionRequest)
-    film: FilmRequest = group(FilmRequest)
+    motion: MotionRequest = group(MotionRequest, "the motion")
+    film: FilmRequest = group(FilmRequest, "how it is filmed")
     retry_failed: bool = flag("do again what has failed before")
     limit_memory: str | None = option("begin no job beyond this much memory of all processes, such as 8GB", default=None, metavar="SIZE")
-    stages: PersonStages = group(PersonStages)
-    running: RunOptions = group(RunOptions)
+    stages: PersonStages = group(PersonStages, "the people")
+    running: RunOptions = group(RunOptions, "how it runs")
 
 
 def run(options: Options) -> Answer:

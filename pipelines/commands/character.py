@@ -54,20 +54,20 @@ FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
 class Options:
     """What the command takes."""
 
-    person: PersonRequest = group(PersonRequest)
+    person: PersonRequest = group(PersonRequest, "the person")
     out: str = option(f"the file to write: {', '.join((*suffixes_of(FORMATS), AVATAR))}")
     actions: str = option("of the model, with commas; each becomes a clip", default="")
     motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes a clip", default="")
-    lengths: LengthOptions = group(LengthOptions)
+    lengths: LengthOptions = group(LengthOptions, "the motions")
     edits: EditOptions = group(EditOptions)
     carrying: CarryOptions = group(CarryOptions)
     exact: bool = flag("Eq. 20 as morph targets of a .glb instead of a skin")
-    rigging: RigOptions = group(RigOptions)
+    rigging: RigOptions = group(RigOptions, "files for other tools")
     author: str = option("of a .vrm: who made the avatar", default="")
     licence_url: str = option("of a .vrm: address of the licence that you grant", default="", metavar="URL")
-    deform: DeformSettings = settings(DeformSettings)
-    engines: EngineOptions = group(EngineOptions)
-    running: RunOptions = group(RunOptions)
+    deform: DeformSettings = settings(DeformSettings, users=("method",))
+    engines: EngineOptions = group(EngineOptions, "files for other tools")
+    running: RunOptions = group(RunOptions, "how it runs")
 
     def motion(self, name: str, file: str | None) -> MotionRequest:
         """The motion of a clip: an action of the model, or a file."""

@@ -22,6 +22,7 @@ from a2v.motion.direct import on_feet
 from a2v.motion.edit import Edit, check_speed, edited, retimed
 from a2v.motion.plan import MotionPlan
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
@@ -181,17 +182,15 @@ def generate(asked: MotionPlan, options: Options) -> Motion:
         raise InputError(f"{changed[0]} cannot be given with {alone[0]}; it is for plain clips and transitions")
     plan, speed, model = options.plan, options.edits.speed, asked.model
     if model is None:
-        return asked.make(frames=options.frames_written(asked), fps=plan.fps, seed=plan.seed, count=options.count, edit=Edit(speed=speed))
+        return asked.make(Take(frames=options.frames_written(asked), fps=plan.fps, seed=plan.seed, count=options.count), edit=Edit(speed=speed))
     if options.way.given or options.way.pace is not None or not alone:
         if alone:
             raise InputError(f"{alone[0]} cannot be given with a direction; leave {' and '.join(_given(options.way))} out")
         lengths = own_bones(model, options)
         lengths = model.scaled_bones(bone_scale(options.bone_scale)) if lengths is None else lengths
         direction = read_direction(model, asked.steps, options.way, fps=options.rate(model), count=options.count)
-        return asked.make(
-            frames=options.frames_written(asked), fps=options.rate(model), count=options.count, seed=plan.seed, lengths=lengths,
-            edit=Edit(speed=speed), direction=direction,
-        )  # fmt: skip
+        take = Take(frames=options.frames_written(asked), fps=options.rate(model), seed=plan.seed, count=options.count, lengths=lengths)
+        return asked.make(take, edit=Edit(speed=speed), direction=direction)
     made = retimed(_application(model, asked.steps, options, alone[0]), fps=options.rate(model), speed=speed)
     made = made.first(min(made.frames, options.frames_written(asked)))
     return made if options.native else on_feet(made, model)

@@ -29,11 +29,11 @@ The file is in metres, y up; the camera is on +z looking down -z, so the photo i
 class Options:
     """What the command takes."""
 
-    person: PersonRequest = group(PersonRequest)
+    person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("the .glb to write")
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
-    engines: EngineOptions = group(EngineOptions)
-    running: RunOptions = group(RunOptions)
+    engines: EngineOptions = group(EngineOptions, "files for other tools")
+    running: RunOptions = group(RunOptions, "how it runs")
 
 
 def run(options: Options) -> Answer:

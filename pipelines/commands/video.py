@@ -43,17 +43,17 @@ Run again after an interruption: finished frames are remembered. Another action 
 class Options:
     """What the command takes."""
 
-    person: PersonRequest = group(PersonRequest)
+    person: PersonRequest = group(PersonRequest, "the person")
     out: str = option("folder for the results")
-    motion: MotionRequest = group(MotionRequest)
-    film: FilmRequest = group(FilmRequest)
+    motion: MotionRequest = group(MotionRequest, "the motion")
+    film: FilmRequest = group(FilmRequest, "how it is filmed")
     animation: str | None = option("video.gif or video.webp too", default=None, choices=("gif", "webp"), rare=True)
     max_mb: float = option("most that it may have, MB: it gets smaller and slower as needed", default=8.0, metavar="MB", rare=True)
     sheet: bool = flag("sheet.png too: twelve frames in one picture", rare=True)
     start: str | None = option("compute NODE and all that follows anew", default=None, names=("--from",), metavar="NODE")
     only: str | None = option("stop at NODE and write its result", default=None, metavar="NODE")
-    rigging: RigOptions = group(RigOptions)
-    running: RunOptions = group(RunOptions)
+    rigging: RigOptions = group(RigOptions, "files for other tools")
+    running: RunOptions = group(RunOptions, "how it runs")
 
     @property
     def request(self) -> VideoRequest:

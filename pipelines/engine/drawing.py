@@ -11,7 +11,12 @@ from a2v.errors import InputError
 from a2v.io import atomic_path
 from pipelines.engine.graph import Graph, Step, arguments_of, inputs_of, topological
 
-_SINGLE, _FANNED, _INPUT = "#dbe9f6", "#fde0c5", "#f2f2f2"
+_SINGLE = "#dbe9f6"
+"""Fill of a node that is called once."""
+_FANNED = "#fde0c5"
+"""Fill of a node that is called many times."""
+_INPUT = "#f2f2f2"
+"""Fill of what comes from outside."""
 
 
 def draw(graph: Graph, path: str | os.PathLike[str], *, drawer: str = "auto") -> None:

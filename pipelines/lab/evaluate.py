@@ -14,6 +14,7 @@ from a2v.lab.evaluation.classifier import Evaluator, load_evaluator
 from a2v.lab.evaluation.protocol import (
     REAL,
     REAL_ALIKE,
+    ActionRows,
     EvaluationSettings,
     Generate,
     Scores,
@@ -34,6 +35,7 @@ from a2v.lab.evaluation.vocabulary import score_actions, vocabulary_table
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
@@ -176,7 +178,7 @@ def _standing(options: Options, dataset: ActionDataset) -> dict[str, list[Standi
             continue
 
         def make(action: str, seed: int, model: MotionModel = model) -> Motion:
-            return make_motion(model, [Step(action=action)], frames=round(SECONDS * FPS), fps=FPS, seed=seed)
+            return make_motion(model, [Step(action=action)], Take(frames=round(SECONDS * FPS), fps=FPS, seed=seed))
 
         with bar(name, "action") as progress:
             found[name] = score_standing(make, dataset, clips=options.stand, seconds=SECONDS, progress=progress)
@@ -238,7 +240,7 @@ class _Table:
 
         with bar("actions", "set") as progress:
             return evaluate_actions(
-                self.models, self.dataset, self._evaluator, actions, protocol, known=self._known_actions, progress=progress, on_row=keep
+                self.models, self.dataset, self._evaluator, actions, protocol, rows=ActionRows(self._known_actions, keep), progress=progress
             )
 
 

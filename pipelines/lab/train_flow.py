@@ -7,7 +7,7 @@ from pathlib import Path
 
 from a2v.lab.motion.flow import GUIDANCE, FlowSettings
 from a2v.lab.motion.flow_training import train_flow
-from export.flow import export_flow
+from export.flow import Sampling, export_flow
 from pipelines.answer import Answer
 from pipelines.lab.training import RESUMES, MotionModelOptions, training_bar
 from pipelines.options import option, settings
@@ -44,14 +44,6 @@ def run(options: Options) -> Answer:
 
         model = train_flow(dataset, out, settings=chosen, on_log=on_log)
     extra = {"training": vars(chosen) | {"initial": Path(chosen.initial).name}} | unseen  # no paths of this machine
-    export_flow(
-        model,
-        dataset,
-        out / "motion.onnx",
-        licence=options.licence,
-        extra=extra,
-        guidance=options.guidance,
-        guided_until=options.guided_until,
-        temperature=options.temperature,
-    )
+    sampling = Sampling(guidance=options.guidance, guided_until=options.guided_until, temperature=options.temperature)
+    export_flow(model, dataset, out / "motion.onnx", licence=options.licence, extra=extra, sampling=sampling)
     return Answer(files=[out / "motion.onnx"])

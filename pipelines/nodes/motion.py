@@ -22,10 +22,11 @@ def motion(
     """
     from a2v.motion import MotionModel
     from a2v.motion.plan import make_steps
+    from a2v.motion.timeline import Take
 
     opened = None if any(step.source for step in steps) else MotionModel.load(model.path)
     travelling = dataclasses.replace(edit, in_place=False)
-    return put(make_steps(opened, steps, frames=frames, fps=fps, seed=seed, edit=travelling, direction=direction))
+    return put(make_steps(opened, steps, Take(frames=frames, fps=fps, seed=seed), edit=travelling, direction=direction))
 
 
 @memo()

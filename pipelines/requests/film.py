@@ -18,8 +18,10 @@ from pipelines.nodes.values import Blob
 from pipelines.options import flag, option, settings
 from pipelines.requests.fields import Request
 
-FOLLOW, STILL = "follow", "still"
-"""What the cameras of the four views do."""
+FOLLOW = "follow"
+"""The cameras of the four views go with the person."""
+STILL = "still"
+"""They stand and see the whole path."""
 
 PHOTO = "photo"
 """The background that is the photo's own place, and the name of its view."""
@@ -50,7 +52,7 @@ class FilmRequest(Request):
     variant: str = option("Mitsuba variant: auto, llvm_ad_rgb or scalar_rgb", default=_LOOK.variant, rare=True)
     no_props: bool = flag("nothing under the feet of whoever climbs; by default steps, a ladder or a bar", rare=True)
     render_seed: int = option("seed of the renderer", default=_LOOK.seed, rare=True)
-    deform: DeformSettings = settings(DeformSettings)
+    deform: DeformSettings = settings(DeformSettings, users=("method",))
 
     @property
     def in_photo(self) -> bool:

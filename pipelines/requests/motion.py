@@ -30,8 +30,12 @@ if TYPE_CHECKING:
     from a2v.motion.prompts import Step
     from a2v.motion.vocabulary import UnknownActionError
 
-AUTO, FEW, MANY = "auto", "cmu", "cmu-fine"
-"""The default, which is all that there is (`a2v.motion.plan`); the papers' eight actions; and the model with most, which can be directed."""
+AUTO = "auto"
+"""The default, which is all that there is (`a2v.motion.plan`)."""
+FEW = "cmu"
+"""The papers' eight actions."""
+MANY = "cmu-fine"
+"""The model with most, which can be directed."""
 
 MODEL = f"what makes it: {AUTO} (all models and clips), clips, a model's name, or an .onnx file"
 """What the options that name a motion model say."""
@@ -232,8 +236,8 @@ class CarryOptions:
     from_photo: bool = flag("begin in the photo's own pose and go over into the action")
     raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
     no_blink: bool = flag("the eyes stay open; by default the person blinks now and then", rare=True)
-    retarget: RetargetSettings = settings(RetargetSettings)
-    blink: BlinkSettings = settings(BlinkSettings)
+    retarget: RetargetSettings = settings(RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "from_photo", "life"))
+    blink: BlinkSettings = settings(BlinkSettings, users=("rate", "seed"))
 
     def parameters(self) -> Parameters:
         """`retarget` and `blink`."""

@@ -50,18 +50,18 @@ class PersonStages:
         "PaMIR's checkpoint instead, your own file; needs SMPL's in --fit.model", default="", metavar="FILE", rare=True
     )
     pamir_texture: str = option("PaMIR's checkpoint for colours, likewise", default="", metavar="FILE", rare=True)
-    perception: PerceptionSettings = settings(PerceptionSettings)
-    fit: FitSettings = settings(FitSettings)
-    implicit: ImplicitSettings = settings(ImplicitSettings)
-    shape: SurfaceSettings = settings(SurfaceSettings)
+    perception: PerceptionSettings = settings(PerceptionSettings, users=("confidence", "max_side", "face", "hands"))
+    fit: FitSettings = settings(FitSettings, users=("model", "height", "distance", "starts", "seed"))
+    implicit: ImplicitSettings = settings(ImplicitSettings, users=("weights", "resolution", "vertices"))
+    shape: SurfaceSettings = settings(SurfaceSettings, users=("resolution", "vertices"))
     hands: HandSettings = settings(HandSettings)
-    face: FaceSettings = settings(FaceSettings)
+    face: FaceSettings = settings(FaceSettings, users=("expressions",))
     character: str = option(
         "canonical: built at rest, apart; fused: as in the photo's pose",
         default="canonical", choices=("canonical", "fused"), metavar="KIND",
     )  # fmt: skip
-    color: ColorSettings = settings(ColorSettings)
-    bind: BindSettings = settings(BindSettings)
+    color: ColorSettings = settings(ColorSettings, users=("texture", "synthesis", "delight"))
+    bind: BindSettings = settings(BindSettings, users=())
     triangles: int = option(
         "most triangles of the files for other tools, with a normal map; 0: all", default=ENGINE.triangles
     )

@@ -37,7 +37,10 @@ MAX_THREADS = 8
 """Beside the one that answers."""
 _TICK_SECONDS = 5.0
 _OPENER = "from pipelines.serve.opener import main; main()"
-_TIMES, _OWED = "times.json", "forgetting"
+_TIMES = "times.json"
+"""File of how long stages take here."""
+_OWED = "forgetting"
+"""File that is there while something has still to be forgotten."""
 
 T = TypeVar("T")
 

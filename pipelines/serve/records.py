@@ -25,11 +25,17 @@ from a2v.io import atomic_path, clear_leftovers, parse_json, read_bytes
 from pipelines.serve.edge import clean
 from pipelines.serve.wishes import Wish
 
-MAX_PHOTOS, MAX_WAITING, MAX_JOBS = 200, 50, 1000
-"""Photos that are kept, jobs that may wait, and jobs that are kept."""
+MAX_PHOTOS = 200
+"""Photos that are kept."""
+MAX_WAITING = 50
+"""Jobs that may wait."""
+MAX_JOBS = 1000
+"""Jobs that are kept."""
 MAX_TITLE = 80
-SHOWN, MASK = "photo.jpg", "mask.png"
+SHOWN = "photo.jpg"
 """What the page shows of a photo."""
+MASK = "mask.png"
+"""What it shows of the person's outline."""
 _MAX_RECORD_BYTES = 1 << 20
 _ID = re.compile("[0-9a-f]{16}")
 

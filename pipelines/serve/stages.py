@@ -44,14 +44,14 @@ def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteAr
     """The fitted body as clay over the crop of the photo, (H, W, 3)."""
     import cv2
 
-    from a2v.rendering.preview import preview_surface
+    from a2v.rendering.preview import PreviewStyle, preview_surface
 
     height, width = subject.image.shape[:2]
     side = max(height, width)
     middle = camera.flat.unproject(np.array([width / 2, height / 2]), 0.0)
     grey = np.full((len(body.vertices), 3), _CLAY, np.float32)
     mesh = Surface(vertices=camera.flatten(body.vertices), faces=body.faces, colors=grey)
-    clay = preview_surface(mesh, size=SIDE, center=middle, extent=side / camera.scale, plain=True, background=_GROUND)
+    clay = preview_surface(mesh, size=SIDE, center=middle, extent=side / camera.scale, style=PreviewStyle(plain=True, background=_GROUND))
     photo = np.full((side, side, 3), 235, np.uint8)
     top, left = (side - height) // 2, (side - width) // 2
     photo[top : top + height, left : left + width] = subject.image
@@ -65,9 +65,9 @@ def body_over_photo(subject: Subject, body: Body, camera: PhotoCamera) -> ByteAr
 
 def turned(surface: Surface, *, plain: bool) -> ByteArray:
     """A surface from before and from behind, side by side, (H, W, 3)."""
-    from a2v.rendering.preview import preview_surface
+    from a2v.rendering.preview import PreviewStyle, preview_surface
 
-    views = [preview_surface(surface, azimuth=angle, size=SIDE, plain=plain) for angle in ANGLES]
+    views = [preview_surface(surface, azimuth=angle, size=SIDE, style=PreviewStyle(plain=plain)) for angle in ANGLES]
     edge = SIDE // 5
     return np.concatenate([view[:, edge : SIDE - edge] for view in views], axis=1)
 

@@ -50,7 +50,7 @@ def command(name: str) -> ModuleType:
 @functools.cache
 def names_of(module: ModuleType) -> list[str]:
     found = [name for action in actions_of(module.Options) for name in action.option_strings[:1] if name.startswith("--")]
-    return [name for name in found if name != "--help-all"]
+    return [name for name in found if name not in ("--help-all", "--help-lab")]
 
 
 @st.composite

@@ -16,12 +16,12 @@ from a2v.lab.datasets.generated import generated_dataset
 from a2v.lab.motion.flow import FlowModel, FlowNetwork
 from a2v.lab.motion.networks import VAESettings
 from a2v.lab.motion.vae import MotionVAE
-from a2v.lab.motion.windows import WindowCodec
+from a2v.lab.motion.windows import CodecSettings, WindowCodec
 from a2v.motion import MotionModel
 from a2v.motion.applications import between, interpolate, matching_actions, on_skeleton, outpaint, sample_each
 from a2v.motion.placement import body_parts, leg_length
 from a2v.types import Motion
-from export.flow import export_flow
+from export.flow import Sampling, export_flow
 from export.motion import export_motion
 from tests.support.flows import SMALL
 from tests.support.motions import waving
@@ -37,8 +37,8 @@ def models(tmp_path_factory):
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.add_(torch.randn_like(parameter) * 0.05)
-    codec = WindowCodec.fit(data, size=12, context_size=5, context_frames=4, windows=300)
-    export_flow(FlowModel(network.eval(), codec), data, folder / "flow.onnx", licence="Apache-2.0", steps=1, guidance=1.0)
+    codec = WindowCodec.fit(data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300)
+    export_flow(FlowModel(network.eval(), codec), data, folder / "flow.onnx", licence="Apache-2.0", sampling=Sampling(steps=1, guidance=1.0))
     vae = MotionVAE(data.skeleton, 2, VAESettings(decoder="lie", hidden_size=32, latent_size=6)).eval()
     export_motion(vae, data, folder / "step.onnx", licence="Apache-2.0")
     return {name: MotionModel.load(folder / f"{name}.onnx") for name in ("flow", "step")}

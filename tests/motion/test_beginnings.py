@@ -9,7 +9,7 @@ from a2v.motion import MotionModel
 from a2v.motion.beginnings import LEAD_SECONDS, rests, shifted
 from a2v.motion.direct import make_motion
 from a2v.motion.prompts import Step
-from a2v.motion.timeline import perform
+from a2v.motion.timeline import Take, perform
 from a2v.types import Motion
 
 
@@ -45,8 +45,8 @@ def test_an_action_begins_at_once_and_as_the_data_where_it_is_not_asked_to(actio
     steps = [Step(action=action)]
     late, made = [], []
     for seed in range(4):
-        late.append(seconds_until_it_moves(perform(model, steps, frames=240, fps=30.0, seed=seed)))
-        clip = make_motion(model, steps, frames=240, fps=30.0, seed=seed)
+        late.append(seconds_until_it_moves(perform(model, steps, Take(frames=240, fps=30.0, seed=seed))))
+        clip = make_motion(model, steps, Take(frames=240, fps=30.0, seed=seed))
         assert clip.frames == 240
         made.append(seconds_until_it_moves(clip))
     assert np.mean(made) < 1.3
@@ -58,7 +58,7 @@ def test_a_second_action_begins_at_once_too() -> None:
     steps = [Step(action="Walk", seconds=2.0), Step(action="Jump kick", seconds=4.0)]
     moved = []
     for skip_rest in (False, True):
-        made = perform(model, steps, fps=12.0, seed=4, skip_rest=skip_rest)
+        made = perform(model, steps, Take(frames=60, fps=12.0, seed=4), skip_rest=skip_rest)
         speed = np.linalg.norm(np.diff(made.joints, axis=0), axis=-1).mean(-1)
         moved.append(speed[30:48].mean())
         lengths = np.linalg.norm(made.joints - made.joints[:, np.maximum(made.parents, 0)], axis=-1)
@@ -69,8 +69,8 @@ def test_a_second_action_begins_at_once_too() -> None:
 
 def test_clips_of_a_batch_begin_each_by_itself() -> None:
     model = MotionModel.load("cmu-fine")
-    made = perform(model, [Step(action="Jump kick")], frames=60, count=6, seed=1, skip_rest=True)
-    plain = perform(model, [Step(action="Jump kick")], frames=60, count=6, seed=1)
+    made = perform(model, [Step(action="Jump kick")], Take(frames=60, fps=model.fps, seed=1, count=6), skip_rest=True)
+    plain = perform(model, [Step(action="Jump kick")], Take(frames=60, fps=model.fps, seed=1, count=6))
     assert made.joints.shape == plain.joints.shape
     off = [float(np.abs(one[:12] - other[:12]).max()) for one, other in zip(made.joints, plain.joints, strict=True)]
     assert max(off) > 0.05

@@ -13,6 +13,7 @@ from a2v.motion.direct import make_motion, natural_speed
 from a2v.motion.direction import Direction, Hold, Keyframe
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.motion.ways import GroundPath, way_along
 from a2v.types import Motion
 
@@ -25,7 +26,7 @@ def model() -> MotionModel:
 
 
 def directed(model: MotionModel, *, steps=WALK, frames: int = 150, fps: float = 30.0, seed: int = 1, **asked) -> Motion:
-    return make_motion(model, steps, frames=frames, fps=fps, seed=seed, direction=Direction(**asked))
+    return make_motion(model, steps, Take(frames=frames, fps=fps, seed=seed), direction=Direction(**asked))
 
 
 def away(motion: Motion, path: GroundPath) -> np.ndarray:
@@ -55,7 +56,7 @@ def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel,
     assert np.median(np.abs(np.angle(np.exp(1j * off)))) < np.radians(15)
     lengths = np.linalg.norm(motion.joints - motion.joints[:, np.maximum(motion.parents, 0)], axis=-1)
     assert np.ptp(lengths, axis=0).max() < 1e-3
-    free = make_motion(model, [Step(action="Walk", frames=motion.frames)], frames=60, fps=30, count=4, seed=1)
+    free = make_motion(model, [Step(action="Walk", frames=motion.frames)], Take(frames=60, fps=30, seed=1, count=4))
     ours, theirs = (physics_metrics(one, floor=None) for one in (motion, free))
     assert ours.contact_slide < 0.2
     assert theirs.contact_slide < 0.1
@@ -65,7 +66,7 @@ def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel,
 def test_who_jogs_round_a_bend_does_not_slide(model: MotionModel) -> None:
     ours = []
     for seed in (0, 1):
-        made = make_motion(model, [Step(action="Jog")], frames=60, fps=30, seed=seed, direction=Direction(path=GroundPath(PATHS["circle"])))
+        made = make_motion(model, [Step(action="Jog")], Take(frames=60, fps=30, seed=seed), direction=Direction(path=GroundPath(PATHS["circle"])))
         ours.append(physics_metrics(made, floor=None).contact_slide)
     assert np.mean(ours) < 0.5  # the root keeps its path
 
@@ -91,7 +92,7 @@ def test_the_same_seed_gives_the_same_motion_and_another_another(model: MotionMo
 def test_pace_tempo_and_rate_are_what_was_asked_for(model: MotionModel) -> None:
     path = GroundPath(PATHS["straight"])
     assert abs(directed(model, path=path, pace=1.0).frames / 30 - 5) < 0.3
-    quick = make_motion(model, WALK, frames=9, fps=24, edit=Edit(speed=2.0), direction=Direction(path=path, pace=1.0))
+    quick = make_motion(model, WALK, Take(frames=9, fps=24), edit=Edit(speed=2.0), direction=Direction(path=path, pace=1.0))
     assert abs(quick.frames / 24 - 2.5) < 0.2
     assert natural_speed(model, "Walk slowly") < natural_speed(model, "Jog")
 
@@ -166,11 +167,11 @@ def test_what_cannot_be_directed_says_so(model: MotionModel) -> None:
     with pytest.raises(InputError, match="no joint 'tail'"):
         directed(model, holds=(Hold(joint="tail", start=0, end=1, at=(0, 0, 0)),))
     with pytest.raises(InputError, match="one clip"):
-        make_motion(model, WALK, frames=60, fps=30, count=2, direction=Direction(path=path))
+        make_motion(model, WALK, Take(frames=60, fps=30, count=2), direction=Direction(path=path))
 
 
 def test_what_floats_is_on_the_ground_and_what_climbs_is_not_brought_down(model: MotionModel) -> None:
-    salsa = make_motion(model, [Step(action="Salsa")], frames=150, fps=30, count=2, seed=1)
+    salsa = make_motion(model, [Step(action="Salsa")], Take(frames=150, fps=30, seed=1, count=2))
     assert np.quantile(salsa.joints[..., 1].min(-1), 0.95) < 0.12
-    ladder = make_motion(model, [Step(action="Climb a ladder")], frames=150, fps=30, seed=1)
+    ladder = make_motion(model, [Step(action="Climb a ladder")], Take(frames=150, fps=30, seed=1))
     assert ladder.joints[..., 1].min(-1).max() > 0.3

@@ -17,6 +17,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, air_seconds, change_speed, edited, make_loop, mirror_motion, put_in_place, repeat_loop, rises, settle
 from a2v.motion.on_rig import retarget_edited
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.types import Motion
 from tests.support.motions import person
 
@@ -46,7 +47,7 @@ def test_a_loop_closes(action: str) -> None:
 
 @pytest.mark.parametrize("action", ["Run and duck", "Crossover walk"])
 def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
-    loop = make_loop(make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], frames=150, fps=30.0), in_place=True)
+    loop = make_loop(make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30.0)), in_place=True)
     twice = np.concatenate([loop.joints] * 2)
     root = acceleration(twice[:, :1], loop.fps)[:, 0]
     assert root[loop.frames - 2 : loop.frames].max() <= 1.2 * root[: loop.frames - 2].max()

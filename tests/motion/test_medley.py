@@ -53,10 +53,11 @@ def test_open_lengths_are_shared_as_long_as_actions_last() -> None:
 def test_one_model_alone_is_as_ever() -> None:
     from a2v.motion import MotionModel
     from a2v.motion.direct import make_motion
+    from a2v.motion.timeline import Take
 
     steps = understand("salsa").steps
     mine = make_sourced(steps, frames=60, fps=30, seed=3)
-    theirs = make_motion(MotionModel.load("cmu-fine"), steps, frames=60, fps=30, seed=3)
+    theirs = make_motion(MotionModel.load("cmu-fine"), steps, Take(frames=60, fps=30, seed=3))
     np.testing.assert_array_equal(mine.joints, theirs.joints)
 
 

@@ -10,6 +10,7 @@ from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
 from a2v.motion.stride import LONGEST, lengthened, strides
+from a2v.motion.timeline import Take
 from tests.support.motions import person
 
 
@@ -32,6 +33,6 @@ def test_a_quick_walk_travels_as_much_faster() -> None:
     model = MotionModel.load("cmu-fine")
     paces = []
     for speed in (1.0, 1.5):
-        made = make_motion(model, [Step(action="Walk")], frames=60, fps=30.0, count=12, seed=2, edit=Edit(speed=speed))
+        made = make_motion(model, [Step(action="Walk")], Take(frames=60, fps=30.0, seed=2, count=12), edit=Edit(speed=speed))
         paces.append(np.median(np.linalg.norm(made.root[:, -1] - made.root[:, 0], axis=-1) / 2))
     assert 1.2 < paces[1] / paces[0] < 1.8

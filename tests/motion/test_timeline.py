@@ -11,7 +11,7 @@ from a2v.errors import InputError
 from a2v.kinematics.ground import heading
 from a2v.motion import MotionModel
 from a2v.motion.prompts import Step, Vocabulary
-from a2v.motion.timeline import perform, read_timeline, step_frames
+from a2v.motion.timeline import Take, perform, read_timeline, step_frames
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def model() -> MotionModel:
 
 
 def test_steps_without_lengths_are_what_sample_makes(model: MotionModel) -> None:
-    one, other = perform(model, [Step(action="Walk")], frames=161, seed=4), model.sample("Walk", frames=161, seed=4)
+    one, other = perform(model, [Step(action="Walk")], Take(frames=161, fps=model.fps, seed=4)), model.sample("Walk", frames=161, seed=4)
     np.testing.assert_array_equal(one.joints, other.joints)
     assert one.action == other.action
 
@@ -28,11 +28,11 @@ def test_steps_without_lengths_are_what_sample_makes(model: MotionModel) -> None
 def test_each_step_is_as_long_as_it_says(model: MotionModel) -> None:
     steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=13), Step(action="Run")]
     assert step_frames(steps, frames=60, fps=12.0) == [24, 13, 20]
-    assert perform(model, steps, frames=60).frames == 57
+    assert perform(model, steps, Take(frames=60, fps=model.fps)).frames == 57
 
 
 def test_tempo_takes_a_step_through_more_or_less_motion(model: MotionModel) -> None:
-    slow = perform(model, [Step(action="Walk", frames=49, speed=0.5)], seed=2)
+    slow = perform(model, [Step(action="Walk", frames=49, speed=0.5)], Take(frames=60, fps=model.fps, seed=2))
     plain = model.sample("Walk", frames=25, seed=2)
     assert slow.frames == 49
     assert abs(np.diff(slow.joints, axis=0)).mean() < 0.6 * abs(np.diff(plain.joints, axis=0)).mean()
@@ -42,7 +42,7 @@ def test_tempo_takes_a_step_through_more_or_less_motion(model: MotionModel) -> N
 
 def test_another_rate_and_tempo_take_as_long_as_they_say(model: MotionModel) -> None:
     steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=15)]
-    plain, fine, quick = (perform(model, steps, fps=fps, speed=speed, seed=3) for fps, speed in ((12.0, 1.0), (30.0, 1.0), (30.0, 1.5)))
+    plain, fine, quick = (perform(model, steps, Take(frames=60, fps=fps, seed=3), speed=speed) for fps, speed in ((12.0, 1.0), (30.0, 1.0), (30.0, 1.5)))
     assert (plain.frames, fine.frames, quick.frames) == (24 + 15, 60 + 15, 60 + 15)
     assert (fine.fps, quick.fps) == (30, 30)
     np.testing.assert_allclose(fine.joints[:50:5], plain.joints[:20:2], atol=1e-4)
@@ -50,7 +50,7 @@ def test_another_rate_and_tempo_take_as_long_as_they_say(model: MotionModel) -> 
 
 
 def test_a_change_of_action_is_even_and_keeps_bones_and_floor(model: MotionModel) -> None:
-    motion = perform(model, [Step(action="Walk", seconds=3.0), Step(action="Dance", seconds=3.0)], count=8, seed=1)
+    motion = perform(model, [Step(action="Walk", seconds=3.0), Step(action="Dance", seconds=3.0)], Take(frames=60, fps=model.fps, seed=1, count=8))
     speed = np.linalg.norm(np.diff(motion.joints, axis=1), axis=-1).max(-1)
     assert speed[:, 33:45].max() <= 1.2 * speed.max()
     assert speed[:, 35].mean() < 1.5 * speed.mean()  # no leap where the second begins
@@ -64,7 +64,7 @@ def test_a_change_of_action_is_even_and_keeps_bones_and_floor(model: MotionModel
 
 def test_a_step_has_its_own_seed(model: MotionModel) -> None:
     steps = [Step(action="Walk", seconds=2.0, seed=7), Step(action="Jump", seconds=2.0)]
-    one, other = (perform(model, steps, seed=seed) for seed in (1, 2))
+    one, other = (perform(model, steps, Take(frames=60, fps=model.fps, seed=seed)) for seed in (1, 2))
     np.testing.assert_allclose(one.joints[:24, :, ::2], other.joints[:24, :, ::2], atol=1e-6)  # the ground is the whole clip's
     assert np.abs(one.joints[24:] - other.joints[24:]).max() > 0.05
 
@@ -90,14 +90,14 @@ def test_a_file_of_steps(tmp_path: Path) -> None:
 
 def test_too_much_or_nothing_is_refused(model: MotionModel) -> None:
     with pytest.raises(InputError, match="no action"):
-        perform(model, [])
+        perform(model, [], Take(frames=60, fps=model.fps))
     with pytest.raises(InputError, match="at most"):
-        perform(model, [Step(action="Walk", seconds=600.0)] * 3)
+        perform(model, [Step(action="Walk", seconds=600.0)] * 3, Take(frames=60, fps=model.fps))
 
 
 def test_a_clip_knows_when_its_actions_begin(model: MotionModel) -> None:
     steps = [Step(action="Walk", seconds=2.0), Step(action="Jump", frames=15), Step(action="Dance", seconds=1.0)]
-    made = perform(model, steps, fps=30.0, speed=1.5, seed=3)
+    made = perform(model, steps, Take(frames=60, fps=30.0, seed=3), speed=1.5)
     assert made.action_starts is not None
     np.testing.assert_allclose(made.action_starts, [0.0, 2.0, 2.5])
-    assert perform(model, steps[:1], fps=30.0).action_starts is None
+    assert perform(model, steps[:1], Take(frames=60, fps=30.0)).action_starts is None

@@ -15,7 +15,7 @@ from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
-from a2v.reconstruction.body_prior.volume import add_lobes
+from a2v.reconstruction.body_prior.volume import Skin, add_lobes
 from a2v.types import Surface
 from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
 
@@ -85,7 +85,7 @@ def test_what_is_between_two_legs_belongs_to_either(apart: float, pieces: int) -
     x, y = np.meshgrid(grid.axis(0), grid.axis(1), indexing="ij")
     mask_distance = np.maximum(np.abs(x) - 0.1, np.abs(y) - 0.2).astype(np.float32)  # a cloth over both
     nobody = np.zeros(len(vertices), np.int64)  # no legs: what is between them is no skirt
-    field, cloth = add_lobes(signed_distance(vertices, faces, grid), vertices, faces, nobody, grid, mask_distance, SurfaceSettings())
+    field, cloth = add_lobes(signed_distance(vertices, faces, grid), Skin(vertices, faces, nobody), grid, mask_distance, SurfaceSettings())
     assert not cloth.any()
     labels, count = ndimage.label(field < 0)
     assert (np.bincount(labels.ravel())[1:] > 100).sum() == pieces

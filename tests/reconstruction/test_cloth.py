@@ -12,7 +12,7 @@ from a2v.geometry.volume import Grid, signed_distance
 from a2v.reconstruction import SurfaceSettings
 from a2v.reconstruction.body_prior.cloth import LegColumns, span_legs
 from a2v.reconstruction.body_prior.columns import columns_seen
-from a2v.reconstruction.body_prior.volume import add_lobes
+from a2v.reconstruction.body_prior.volume import Skin, add_lobes
 from a2v.types import BoolArray, FloatArray, IntArray
 
 THICK, ASIDE = 0.06, 0.12
@@ -105,7 +105,7 @@ def test_a_gap_beside_one_leg_alone_is_none() -> None:
 
 def test_the_skirt_is_one_solid_as_thick_as_the_legs() -> None:
     skin, faces, parts = legs(apart=0.06)
-    field, share = add_lobes(signed_distance(skin, faces, GRID), skin, faces, parts, GRID, outline(-0.1), SurfaceSettings())
+    field, share = add_lobes(signed_distance(skin, faces, GRID), Skin(skin, faces, parts), GRID, outline(-0.1), SurfaceSettings())
     solid = field < 0
     labels, _ = ndimage.label(solid)
     assert (np.bincount(labels.ravel())[1:] > 100).sum() == 1

@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
 from a2v.errors import InputError
-from a2v.reconstruction.equation14 import color_objective, solve_colors
+from a2v.reconstruction.equation14 import ColorProblem, color_objective, solve_colors
 
 
 def problem(count: int = 60, seed: int = 0):
@@ -49,7 +49,7 @@ def dense_optimum(truth, prior, neighbors, free, band, lambda_nn: float) -> floa
         ).x
     color = truth.copy()
     color[free] = flat.reshape(-1, 3)
-    return color_objective(color, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn)
+    return color_objective(color, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn))
 
 
 @pytest.mark.parametrize("lambda_nn", [0.3, 1.0, 4.0])
@@ -57,7 +57,7 @@ def dense_optimum(truth, prior, neighbors, free, band, lambda_nn: float) -> floa
 def test_agrees_with_a_dense_convex_solver(lambda_nn: float, seed: int) -> None:
     truth, prior, neighbors, free, band = problem(seed=seed)
     start = np.where(free[:, None], 0.5, truth)
-    found = solve_colors(start, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn, tolerance=1e-7, max_iterations=20000)
+    found = solve_colors(start, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=lambda_nn), tolerance=1e-7, max_iterations=20000)
     best = dense_optimum(truth, prior, neighbors, free, band, lambda_nn)
     assert found.residual < 1e-7
     assert found.objective == pytest.approx(best, rel=2e-5)
@@ -67,19 +67,19 @@ def test_agrees_with_a_dense_convex_solver(lambda_nn: float, seed: int) -> None:
 
 def test_no_direction_is_downhill() -> None:
     truth, prior, neighbors, free, band = problem(120, 3)
-    found = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, tolerance=1e-7, max_iterations=20000)
+    found = solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band), tolerance=1e-7, max_iterations=20000)
     rng = np.random.default_rng(0)
     for _ in range(200):
         step = np.zeros_like(truth)
         step[rng.choice(np.nonzero(free)[0], 3)] = rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-4, -1)
-        assert color_objective(found.colors + step, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=1.0) > found.objective - 1e-6
+        assert color_objective(found.colors + step, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=1.0)) > found.objective - 1e-6
 
 
 def test_loose_tolerance_is_near_the_optimum() -> None:
     """The default of color_surface costs less than half a percent of the objective."""
     truth, prior, neighbors, free, band = problem(400, 5)
-    exact = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, tolerance=1e-7, max_iterations=20000)
-    loose = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, tolerance=1e-3)
+    exact = solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band), tolerance=1e-7, max_iterations=20000)
+    loose = solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band), tolerance=1e-3)
     assert loose.iterations < exact.iterations
     assert loose.objective < exact.objective * 1.005
 
@@ -87,25 +87,25 @@ def test_loose_tolerance_is_near_the_optimum() -> None:
 def test_band_ignores_the_prior_and_limits() -> None:
     truth, prior, neighbors, free, band = problem()
     everywhere = np.where(band[:, None], 1e3, prior)
-    a = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, tolerance=1e-6).colors
-    b = solve_colors(truth, prior=everywhere, neighbors=neighbors, free=free, band=band, tolerance=1e-6).colors
+    a = solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band), tolerance=1e-6).colors
+    b = solve_colors(truth, ColorProblem(prior=everywhere, neighbors=neighbors, free=free, band=band), tolerance=1e-6).colors
     assert np.allclose(a, b, atol=1e-9)
-    alone = solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=np.zeros_like(band), lambda_nn=1e-6, tolerance=1e-6).colors
+    alone = solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=np.zeros_like(band), lambda_nn=1e-6), tolerance=1e-6).colors
     assert np.allclose(alone[free], prior[free], atol=1e-3)
     # with only neighbours that agree, the band takes their colour
     flat = np.where(free[:, None], 0.1, 0.7) * np.ones((1, 3))
-    filled = solve_colors(flat, prior=prior, neighbors=neighbors, free=free, band=free, tolerance=1e-7).colors
+    filled = solve_colors(flat, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=free), tolerance=1e-7).colors
     assert np.allclose(filled, 0.7, atol=1e-3)
 
 
 def test_odd_input() -> None:
     truth, prior, neighbors, free, band = problem()
     none = np.zeros_like(free)
-    assert np.array_equal(solve_colors(truth, prior=prior, neighbors=neighbors, free=none, band=none).colors, truth)
-    assert np.isfinite(solve_colors(truth, prior=prior, neighbors=neighbors, free=~none, band=~none).colors).all()  # nothing known at all
+    assert np.array_equal(solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=none, band=none)).colors, truth)
+    assert np.isfinite(solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=~none, band=~none)).colors).all()  # nothing known at all
     with pytest.raises(InputError, match="prior has shape"):
-        solve_colors(truth, prior=prior[:3], neighbors=neighbors, free=free, band=band)
+        solve_colors(truth, ColorProblem(prior=prior[:3], neighbors=neighbors, free=free, band=band))
     with pytest.raises(InputError, match="lambda_nn"):
-        solve_colors(truth, prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=0.0)
+        solve_colors(truth, ColorProblem(prior=prior, neighbors=neighbors, free=free, band=band, lambda_nn=0.0))
     with pytest.raises(InputError, match="NaN"):
-        solve_colors(truth, prior=prior * np.nan, neighbors=neighbors, free=free, band=band)
+        solve_colors(truth, ColorProblem(prior=prior * np.nan, neighbors=neighbors, free=free, band=band))

@@ -13,7 +13,10 @@ from a2v.io import atomic_path
 from a2v.types import FloatArray, IntArray
 from a2v.version import __version__
 
-ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
+ARRAY_BUFFER = 34962
+"""glTF's number of a buffer of vertices (OpenGL)."""
+ELEMENT_BUFFER = 34963
+"""glTF's number of a buffer of indices (OpenGL)."""
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 _COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 

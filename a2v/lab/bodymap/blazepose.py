@@ -27,8 +27,10 @@ FILE = "modules/pose_landmark/pose_landmark_full.tflite"
 """In mediapipe's folder."""
 DIGEST = "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f"
 """SHA-256 of the file whose tensors the numbers below are of."""
-INPUT, LANDMARKS = 0, 337
-"""Tensors of the file: the picture, and BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and two logits, of 39 points."""
+INPUT = 0
+"""Tensor of the file: the picture."""
+LANDMARKS = 337
+"""Tensor of the file: BlazePose's own landmarks (B, 195): u, v and depth in pixels of 256, and two logits, of 39 points."""
 
 
 @dataclass(frozen=True, kw_only=True)

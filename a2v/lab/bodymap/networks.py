@@ -16,17 +16,25 @@ from a2v.kinematics.names import BLAZEPOSE
 from a2v.lab.bodymap.blazepose import LANDMARKS, BlazePoseLayers
 from a2v.perception.depth import HIPS
 
-SIDE, MAP_SIDE = 256, 64
-"""Pixels of the picture and of the maps."""
+SIDE = 256
+"""Pixels a side of the picture."""
+MAP_SIDE = 64
+"""Pixels a side of the maps."""
 MAPS = ("place_x", "place_y", "place_z", "front", "back", "log_front", "log_back", "log_place", "inside")
 """Channels of the maps: the place on the body (`a2v.body.places`), depth of front and back; natural logarithms of the Laplace scales of front, back
 and place; the logit of the silhouette."""
-TAPS, CHANNELS = (279, 277, 251, 269, 316), (48, 48, 88, 144, 288)
-"""Tensors of BlazePose's file at strides 4, 8, 16, 32 and 64, and their channels."""
+TAPS = (279, 277, 251, 269, 316)
+"""Tensors of BlazePose's file at strides 4, 8, 16, 32 and 64."""
+CHANNELS = (48, 48, 88, 144, 288)
+"""Their channels."""
 EDGES = 222
 """The tensor up to which BlazePose's weights stay as they are."""
-WIDTH, TOP, TOKEN = 96, 64, 128
-"""Channels at strides 8 to 64, at stride 4, and of a landmark's token."""
+WIDTH = 96
+"""Channels at strides 8 to 64."""
+TOP = 64
+"""Channels at stride 4."""
+TOKEN = 128
+"""Channels of a landmark's token."""
 _OWN_SCALE = (1 / SIDE, 1 / SIDE, 1 / SIDE, 0.1, 0.1)
 _OWN_DEPTH = -0.186
 """BlazePose's depth, away from the camera, as depth towards it: fitted to quick views of held-out people by least squares."""

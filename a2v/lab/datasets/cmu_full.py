@@ -28,8 +28,10 @@ from a2v.motion.applications import on_skeleton
 from a2v.types import Motion, Progress
 
 RULES = Path(__file__).with_name("cmu_full.csv")
-FPS, SECONDS = 30.0, 5.0
-"""Rate of the clips, and length of a window."""
+FPS = 30.0
+"""Rate of the clips, frames a second."""
+SECONDS = 5.0
+"""Length of a window."""
 _RECORDING = re.compile(r"(\d+)_(\d+)\.(amc|bvh)$", re.IGNORECASE)
 ENDS = {"left_hand": 0.09, "right_hand": 0.09, "left_foot": 0.13, "right_foot": 0.13, "head": 0.18}
 """Lengths of bones that a file may lack, metres."""

@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from a2v.lab.evaluation.liquid import Generator
 
 MAX_BYTES = 64 << 20
-GROWN_FRONT, GROWN_BACK = 3, 13
-"""Pixels of the square by which the body is grown where the photo's person is cut out, and the person where the background is."""
+GROWN_FRONT = 3
+"""Pixels by which the body is grown where the photo's person is cut out."""
+GROWN_BACK = 13
+"""Pixels by which the person is grown where the background is."""
 NOWHERE = -2.0
 
 

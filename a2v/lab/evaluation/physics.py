@@ -64,8 +64,10 @@ LOW = 0.05
 FAST = 0.5
 """Speed over the ground above which a low foot skates, metres a second."""
 
-DOWN, LOWEST = 0.03, 0.05
-"""Metres over its own lowest level, this quantile of its heights, under which a foot is down."""
+DOWN = 0.03
+"""Height over its own lowest level under which a foot is down, metres."""
+LOWEST = 0.05
+"""That level is this quantile of its heights."""
 
 SLIDES = 0.3
 """Metres a second over the ground above which a foot that is down slides for everybody to see."""

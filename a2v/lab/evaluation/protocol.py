@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -206,45 +206,53 @@ def evaluate(
     """
     settings = settings or EvaluationSettings()
     evaluator.demand_actions(dataset)
-    sampler = ClipSampler(dataset, dataset.length)
     models = ({REAL_ALIKE: recorded(dataset)} if settings.labels == "uniform" else {}) | dict(models)
     names = [REAL, *models]
     rows = {name: row for name, row in (known or {}).items() if name in names}
     wanted = [name for name in names if name not in rows]
-    references: list[FloatArray] = []
-    for repeat in range(settings.repeats if wanted else 0):
-        generator = np.random.default_rng([settings.seed, repeat, 0])
-        reference, _, _ = sampler.batch(settings.clips, generator)
-        references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+    trial = _Trial.of(dataset, evaluator, settings, repeats=settings.repeats if wanted else 0)
     for done, name in enumerate(wanted):
 
         def report_repeat(repeat: int, before: int = done * settings.repeats) -> None:
             if progress is not None:
                 progress(before + repeat, settings.repeats * len(wanted))
 
-        rows[name] = _measure_row(name, models.get(name), references, dataset, evaluator, sampler, settings, report_repeat)
+        rows[name] = _measure_row(name, models.get(name), trial, report_repeat)
         if on_row is not None:
             on_row(rows[name])
     return [rows[name] for name in names]
 
 
-def _measure_row(
-    name: str,
-    generate: Generate | None,
-    references: Sequence[FloatArray],
-    dataset: ActionDataset,
-    evaluator: Evaluator,
-    sampler: ClipSampler,
-    settings: EvaluationSettings,
-    report_repeat: Callable[[int], None],
-) -> Scores:
-    """Every repeat of one row, against the `references`' features (clips, 30) of real motions; recorded motions for None."""
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """What every row is measured with: `references` are the features (clips, 30) of real motions, one of each repeat."""
+
+    dataset: ActionDataset
+    evaluator: Evaluator
+    sampler: ClipSampler
+    settings: EvaluationSettings
+    references: Sequence[FloatArray]
+
+    @classmethod
+    def of(cls, dataset: ActionDataset, evaluator: Evaluator, settings: EvaluationSettings, *, repeats: int) -> _Trial:
+        """With the references drawn."""
+        sampler, references = ClipSampler(dataset, dataset.length), []
+        for repeat in range(repeats):
+            generator = np.random.default_rng([settings.seed, repeat, 0])
+            reference, _, _ = sampler.batch(settings.clips, generator)
+            references.append(evaluator(dataset.frame.flip(reference), state=settings.state, generator=generator)[0])
+        return cls(dataset, evaluator, sampler, settings, references)
+
+
+def _measure_row(name: str, generate: Generate | None, trial: _Trial, report_repeat: Callable[[int], None]) -> Scores:
+    """Every repeat of one row, against the references; recorded motions for None."""
+    dataset, settings = trial.dataset, trial.settings
     values: dict[str, list[float]] = {metric: [] for metric in METRICS}
     physics: PhysicsMetrics | None = None
-    for repeat, real in enumerate(references):
+    for repeat, real in enumerate(trial.references):
         generator = np.random.default_rng([settings.seed, repeat, 1])
-        motions, labels = _draw(generate, dataset, sampler, settings, generator)
-        features, predicted = evaluator(motions, state=settings.state, generator=generator)
+        motions, labels = _draw(generate, dataset, trial.sampler, settings, generator)
+        features, predicted = trial.evaluator(motions, state=settings.state, generator=generator)
         values["fid"].append(fid(real, features))
         values["accuracy"].append(accuracy(predicted, labels))
         values["diversity"].append(diversity(features, generator))
@@ -270,6 +278,14 @@ def _draw(
     return generate(labels, dataset.clip_bone_lengths[clips], generator), labels
 
 
+@dataclass(frozen=True, eq=False)
+class ActionRows:
+    """Rows of single actions that are known already (`evaluate`), by action and name, and what is called with the action and each row as it is measured."""
+
+    known: Mapping[str, Mapping[str, Scores]] = field(default_factory=dict)
+    on_row: Callable[[str, Scores], None] | None = None
+
+
 def evaluate_actions(
     models: Mapping[str, Generate],
     dataset: ActionDataset,
@@ -277,9 +293,8 @@ def evaluate_actions(
     actions: Sequence[str],
     settings: EvaluationSettings | None = None,
     *,
-    known: Mapping[str, Mapping[str, Scores]] | None = None,
+    rows: ActionRows | None = None,
     progress: Progress | None = None,
-    on_row: Callable[[str, Scores], None] | None = None,
 ) -> dict[str, list[Scores]]:
     """Score models on single actions: the locomotion analysis of the journal paper's Table 4 (Sec. 5.1.2).
 
@@ -289,10 +304,7 @@ def evaluate_actions(
     ----------
     actions : names out of ``dataset.actions``
         The paper's are Walk and Jump of CMU, with 500 clips.
-    known : action -> name -> Scores
-        See `evaluate`.
-    on_row : callable
-        Called with the action and each row as it is measured.
+    rows : ActionRows, optional
 
     Returns
     -------
@@ -304,7 +316,7 @@ def evaluate_actions(
     InputError
         An action is unknown.
     """
-    settings = settings or EvaluationSettings(clips=500)
+    settings, rows = settings or EvaluationSettings(clips=500), rows or ActionRows()
     for action in actions:
         if action not in dataset.actions:
             raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
@@ -316,8 +328,8 @@ def evaluate_actions(
             if progress is not None:
                 progress(before * total + part, len(actions) * total)
 
-        kept = None if on_row is None else functools.partial(on_row, action)
-        tables[action] = evaluate(models, own, evaluator, settings, known=(known or {}).get(action), progress=report_part, on_row=kept)
+        kept = None if rows.on_row is None else functools.partial(rows.on_row, action)
+        tables[action] = evaluate(models, own, evaluator, settings, known=rows.known.get(action), progress=report_part, on_row=kept)
     return tables
 
 
@@ -363,8 +375,7 @@ def physics_table(scores: Sequence[Scores]) -> str:
 def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
     """Rows as JSON: every repeat's values by metric, and the physical measures."""
     return {
-        row.name: {metric: list(numbers) for metric, numbers in row.values.items()}
-        | ({"physics": row.physics.as_dict()} if row.physics is not None else {})
+        row.name: {metric: list(numbers) for metric, numbers in row.values.items()} | ({"physics": row.physics.as_dict()} if row.physics else {})
         for row in scores
     }
 
@@ -372,11 +383,7 @@ def scores_as_dict(scores: Sequence[Scores]) -> dict[str, Any]:
 def scores_from_dict(content: Mapping[str, Mapping[str, Any]]) -> dict[str, Scores]:
     """The inverse of `scores_as_dict`, by name."""
     return {
-        name: Scores(
-            name,
-            {metric: tuple(row[metric]) for metric in METRICS},
-            PhysicsMetrics(**row["physics"]) if "physics" in row else None,
-        )
+        name: Scores(name, {metric: tuple(row[metric]) for metric in METRICS}, PhysicsMetrics(**row["physics"]) if "physics" in row else None)
         for name, row in content.items()
     }
 

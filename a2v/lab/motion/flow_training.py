@@ -17,7 +17,7 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.lab.datasets import ActionDataset, ClipSampler
 from a2v.lab.motion.flow import FlowModel, FlowNetwork, FlowSettings
 from a2v.lab.motion.initial import carry_over, stored_codec
-from a2v.lab.motion.windows import WindowCodec
+from a2v.lab.motion.windows import CodecSettings, WindowCodec
 from a2v.lab.runs import RateSchedule, Run, Training, carry_on, identity
 from a2v.motion.features import window_features
 
@@ -82,10 +82,11 @@ class FlowTraining(Training):
     def begin(self) -> None:
         """Fit the code, or take over another run's weights."""
         chosen = self.settings
-        self.codec = WindowCodec.fit(
-            self.dataset, size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
-            foot_place=chosen.foot_place, foot_step=chosen.foot_step, seed=chosen.seed, forward=chosen.face_forward,
+        sizes = CodecSettings(
+            size=chosen.code_size, context_size=chosen.context_size, context_frames=chosen.context_frames,
+            foot_place=chosen.foot_place, foot_step=chosen.foot_step, forward=chosen.face_forward,
         )  # fmt: skip
+        self.codec = WindowCodec.fit(self.dataset, sizes, seed=chosen.seed)
         if chosen.initial:
             self.codec = carry_over(chosen.initial, self.network, self.codec, self.features, self.dataset.actions, self.dataset.traits)
             self.averaged.load_state_dict(self.network.state_dict())

@@ -119,6 +119,29 @@ class LinearCode:
         return features
 
 
+@dataclass(frozen=True, kw_only=True)
+class CodecSettings:
+    """Sizes of a `WindowCodec`.
+
+    Attributes
+    ----------
+    size, context_size : int
+        Numbers in the code of a window, and of the frames that it continues.
+    context_frames : int
+    foot_place, foot_step : float
+        As in `foot_metric`.
+    forward : bool
+        Windows are turned so that their first frames face +z.
+    """
+
+    size: int
+    context_size: int
+    context_frames: int
+    foot_place: float = 0.0
+    foot_step: float = 0.0
+    forward: bool = False
+
+
 @dataclass(frozen=True)
 class WindowCodec:
     """Codes of whole windows and of their first frames.
@@ -141,35 +164,27 @@ class WindowCodec:
     def fit(
         cls,
         dataset: ActionDataset,
+        settings: CodecSettings,
         *,
-        size: int,
-        context_size: int,
-        context_frames: int,
-        foot_place: float = 0.0,
-        foot_step: float = 0.0,
         windows: int = 6000,
         seed: int = 0,
-        forward: bool = False,
     ) -> WindowCodec:
-        """Fit both codes on random windows of `dataset` (of its own length); `foot_place` and `foot_step` as in `foot_metric`.
-
-        `forward`: the windows are turned so that their first frames face +z.
-        """
+        """Fit both codes on random windows of `dataset` (of its own length)."""
         generator = np.random.default_rng(seed)
         sampler = ClipSampler(dataset, dataset.length)
         joints = sampler.windows(generator.integers(0, len(dataset), windows), generator)
-        if forward:
+        if settings.forward:
             joints = face_forward(joints, first_heading(joints, dataset.skeleton))
         features = window_features(joints, dataset.skeleton)
         metric = None
-        if foot_place or foot_step:
+        if settings.foot_place or settings.foot_step:
             lengths = np.median(dataset.clip_bone_lengths, axis=0)
-            metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=foot_place, step=foot_step)
+            metric = foot_metric(dataset.skeleton, lengths, dataset.length, place=settings.foot_place, step=settings.foot_step)
         return cls(
-            LinearCode.fit(features.reshape(windows, -1), size, metric),
-            LinearCode.fit(features[:, :context_frames].reshape(windows, -1), context_size),
+            LinearCode.fit(features.reshape(windows, -1), settings.size, metric),
+            LinearCode.fit(features[:, : settings.context_frames].reshape(windows, -1), settings.context_size),
             dataset.length,
-            context_frames,
+            settings.context_frames,
         )
 
     def to_arrays(self) -> dict[str, FloatArray]:

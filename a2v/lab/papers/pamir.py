@@ -18,8 +18,14 @@ from a2v.errors import InputError
 from a2v.lab.papers.checkpoints import State, channels, fill, numbers, part, read_state
 from a2v.lab.papers.models import Part
 
-PIXELS, VOXELS = 512, 128
-DISTANCE, FOCAL = 10.0, 5000.0
+PIXELS = 512
+"""Pixels a side of the picture."""
+VOXELS = 128
+"""Voxels a side of the body's volume."""
+DISTANCE = 10.0
+"""Distance of PaMIR's camera, metres."""
+FOCAL = 5000.0
+"""Its focal length, pixels."""
 
 
 class PamirGeometry(nn.Module):

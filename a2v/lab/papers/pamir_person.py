@@ -12,7 +12,10 @@ from a2v.lab.papers.converted import Converted
 from a2v.reconstruction.implicit.inputs import make_frame
 from a2v.types import Body, FloatArray, OrthographicCamera, Subject
 
-PIXELS, VOXELS = 512, 128
+PIXELS = 512
+"""Pixels a side of the picture."""
+VOXELS = 128
+"""Voxels a side of the body's volume."""
 FILL = 0.8
 """The person's longer side as a share of the picture's, as the published pictures have it."""
 UNIT = 500.0

@@ -24,8 +24,10 @@ _YAW = 14.0
 """Standard deviation of the turn about the vertical in which people are photographed, degrees."""
 _COLLAR = -0.12
 """Turn of the collar bone, radians, below a hanging arm (`arm_towards`)."""
-_NEAR_COLUMN, _NEAR_ROW = 0.05, 0.03
-"""Metres to the side, and up or down, within which a vertex says how far the body reaches to the front."""
+_NEAR_COLUMN = 0.05
+"""Metres to the side within which a vertex says how far the body reaches to the front."""
+_NEAR_ROW = 0.03
+"""The same up or down."""
 
 Drawn = tuple[Pose, float, Held | None]
 """A pose, the turn about the vertical in degrees, and what is held."""

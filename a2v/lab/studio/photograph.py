@@ -129,6 +129,22 @@ def light_scene(rays: RayScene, scene: Sitting, fore: SideView, generator: np.ra
     return Lit(light, smooth, gain)
 
 
+@dataclass(frozen=True, eq=False)
+class Around:
+    """What a photo shows behind and before a scene.
+
+    Attributes
+    ----------
+    behind : (H, H, 3) or None
+        The background, linear light; one is drawn where there is none.
+    before : (H, H, 4) or None
+        What is in front of everything: linear light, and how much of it there is.
+    """
+
+    behind: FloatArray | None = None
+    before: FloatArray | None = None
+
+
 def photograph_scene(
     rays: RayScene,
     scene: Sitting,
@@ -137,18 +153,13 @@ def photograph_scene(
     generator: np.random.Generator,
     film: Film = FILM,
     *,
-    behind: FloatArray | None = None,
-    before: FloatArray | None = None,
+    around: Around = Around(),
 ) -> Photograph:
     """Photograph a scene; `lit` is what `light_scene` made of the other arguments.
 
-    Parameters
-    ----------
-    behind : (H, H, 3), optional
-        The background, linear light; one is drawn where there is none.
-    before : (H, H, 4), optional
-        What is in front of everything: linear light, and how much of it there is.
+    `around` is what the photo shows besides.
     """
+    behind, before = around.behind, around.before
     layer, size = _see(rays, scene, fore, lit, film), film.size
     picture = background(size, layer.feet, generator) if behind is None else behind
     picture = picture * (lit.gain / lit.gain.mean())

@@ -21,7 +21,7 @@ from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
 from a2v.lab.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
-from a2v.lab.studio.photograph import Photograph, light_scene, photograph_scene
+from a2v.lab.studio.photograph import Around, Photograph, light_scene, photograph_scene
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.poses import draw_pose
@@ -224,7 +224,7 @@ class Studio:
         generator = np.random.default_rng([*self._again(split, index, scene.turn), Stream.PHOTO])
         surface = scene.surface
         rays = RayScene(surface.vertices, surface.faces)
-        fore, rear = _see_both_sides(rays, surface.vertices, surface.faces, scene.normals, scene, MAP_SIZE)
+        fore, rear = _see_both_sides(rays, scene.normals, scene, MAP_SIZE)
         photo, rays = _photograph(scene, rays, fore, generator, np.random.default_rng([settings.seed, SPLITS.index(split), index, Stream.BACKDROP]))
         guide = scene.guide, scene.guide_faces
         guide_normals = vertex_normals(*guide).astype(np.float32)
@@ -232,7 +232,7 @@ class Studio:
         maps: dict[str, np.ndarray] = {"mask": photo.mask, "parts_front": _see_parts(scene, fore)}
         if scene.shown is not None or "cut" in scene.around:
             maps["things"] = photo.things
-        for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, *guide, guide_normals, scene, GUIDE_SIZE))):
+        for start, pair in (("", (fore, rear)), ("guide_", _see_both_sides(guide_rays, guide_normals, scene, GUIDE_SIZE))):
             for side, seen in zip(("front", "back"), pair, strict=True):
                 maps |= {f"{start}normals_{side}": _pack(seen.normals), f"{start}depth_{side}": seen.depth}
         solid = scene.solid()
@@ -285,17 +285,15 @@ def _photograph(
     if scene.shown is not None:
         shown, surface = scene.shown, scene.shown.surface
         rays = RayScene(surface.vertices, surface.faces)
-        fore = side_view(rays, surface.vertices, surface.faces, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
+        fore = side_view(rays, shown.normals, scene.camera, PHOTO_SIZE, MAP_SIZE, 1)
     behind = scene.clutter.photographs.draw(PHOTO_SIZE, chance) if scene.clutter.photographs else None
     lit = light_scene(rays, shown, fore, generator)
-    return photograph_scene(rays, shown, fore, lit, generator, behind=behind), rays
+    return photograph_scene(rays, shown, fore, lit, generator, around=Around(behind)), rays
 
 
-def _see_both_sides(
-    rays: RayScene, vertices: FloatArray, faces: IntArray, normals: FloatArray, scene: Scene, size: int
-) -> tuple[SideView, SideView]:
+def _see_both_sides(rays: RayScene, normals: FloatArray, scene: Scene, size: int) -> tuple[SideView, SideView]:
     """A mesh from the front and through from the back, `size` pixels a side."""
-    fore, rear = (side_view(rays, vertices, faces, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1))
+    fore, rear = (side_view(rays, normals, scene.camera, PHOTO_SIZE, size, side) for side in (1, -1))
     return fore, rear
 
 

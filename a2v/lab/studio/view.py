@@ -14,7 +14,12 @@ from a2v.errors import InputError
 from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray, OrthographicCamera
 
-PHOTO_SIZE, MAP_SIZE, GUIDE_SIZE = 1024, 512, 256
+PHOTO_SIZE = 1024
+"""Pixels a side of a photo."""
+MAP_SIZE = 512
+"""Pixels a side of its maps."""
+GUIDE_SIZE = 256
+"""Pixels a side of the guide's maps."""
 
 _MAPS = {
     "mask": (PHOTO_SIZE, np.uint8),

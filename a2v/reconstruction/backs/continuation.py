@@ -12,12 +12,8 @@ from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
 from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
-from a2v.reconstruction.backs.matching import match_surface
+from a2v.reconstruction.backs.matching import Unrolled, match_surface
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
-
-SPACING = 0.004
-"""Metres a pixel at which patterns are compared."""
-
 
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
 """What an expected colour of each label counts for where the photo shows the same stuff near by."""
@@ -95,13 +91,13 @@ def continue_photo(
     vertices = np.asarray(seen.vertices, np.float64)
     twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
     shown = np.where(twins, seen.twin, np.arange(len(labels)))  # what stands for each vertex in the photo, if not what is before it
-    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS), spacing=SPACING)
+    exemplar = make_exemplar(clean, camera, vertices, faces, normals, labels, seen.face | strange | seen.on(*HANDS))
     maps = unrolling(vertices, normals, seen.parts, seen.neighbors)
     own = np.where(labels[seen.neighbors] == labels[:, None], seen.neighbors, np.arange(len(labels))[:, None])
     # a shoe's heel is nothing like its laces
     woven = np.where(labels == SHOES, 0, labels)
     place, continues = match_surface(
-        exemplar, vertices, maps, seen.neighbors, woven, home=exemplar.camera.project(vertices[shown]), known=seen.known, seed=seed
+        exemplar, Unrolled(vertices, maps, seen.neighbors), woven, home=exemplar.camera.project(vertices[shown]), known=seen.known, seed=seed
     )
     height, width = clean.shape[:2]
     base = cv2.resize(exemplar.base, (width, height), interpolation=cv2.INTER_LINEAR)

@@ -10,8 +10,12 @@ from a2v.geometry.rays import RayScene
 from a2v.reconstruction.backs.labels import LOWER, SKIN, UPPER
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
-BROAD, FINE = 0.025, 0.014
-"""Detail is what is finer than this, metres (sigma of a Gaussian), on stuff with a pattern, and on plain stuff, whose broader changes are light and folds."""
+BROAD = 0.025
+"""Detail is what is finer than this on stuff with a pattern, metres (sigma of a Gaussian)."""
+FINE = 0.014
+"""The same on plain stuff, whose broader changes are light and folds."""
+SPACING = 0.004
+"""Metres a pixel at which patterns are compared."""
 BARE = 0.006
 """The same for skin: what is broader on it are veins, knuckles and light."""
 PATTERN = 0.044
@@ -61,16 +65,14 @@ def make_exemplar(
     normals: FloatArray,
     labels: IntArray,
     apart: BoolArray,
-    *,
-    spacing: float,
 ) -> Exemplar:
-    """The exemplar of a photo's clean colours (H, W, 3) at `spacing` metres a pixel (its own where that is coarser).
+    """The exemplar of a photo's clean colours (H, W, 3) at `SPACING` metres a pixel (its own where that is coarser).
 
     `labels` (V,) are the surface's; nothing is taken from where it lies `apart` (V,).
     """
     import cv2
 
-    zoom = min(1.0, 1.0 / (spacing * camera.scale))
+    zoom = min(1.0, 1.0 / (SPACING * camera.scale))
     height, width = (max(8, round(size * zoom)) for size in clean.shape[:2])
     small = cv2.resize(clean, (width, height), interpolation=cv2.INTER_AREA)
     grid = OrthographicCamera(

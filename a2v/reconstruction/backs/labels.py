@@ -37,6 +37,64 @@ _SAME = 11.0
 """Garments whose colours differ by less, CIELAB units, are one."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Costs:
+    """What labels cost, in CIELAB units where it is no share: the least sum over the surface wins.
+
+    Attributes
+    ----------
+    unlike_before : float
+        Behind, a label that is not the one right before it, through the body.
+    skin_on_torso, hair : float
+        So many times that, where skin stands before the trunk, and where hair does.
+    below_neckline : float
+        Skin on the trunk behind a neckline, where there is an upper garment: collars are higher behind.
+    expected, expected_hidden : float
+        Share that an expected colour counts for against the photo's, and where scalp or bare skin is known to be.
+    no_hair, no_skin : float
+        Another label on the scalp than hair; on what is bare of who turns away, than skin.
+    unlike_twin : float
+        Another label than that of the mirrored vertex that the photo shows.
+    most_expected : float
+        Of an expected colour at most.
+    print_from : float
+        A vertex whose best label costs more has a colour that is not the label's.
+    print_share : float
+        A label of which more than this share are such is none.
+    shoes_off_feet, skin_on_trunk, skin_on_arms, lower_on_trunk : float
+        Labels on parts that seldom wear them (`_reluctance`).
+    chest : float
+        Quantile of the heights of the trunk above which a lower garment costs `lower_on_trunk`.
+    """
+
+    unlike_before: float = 7.0
+    skin_on_torso: float = 3.0
+    hair: float = 0.5
+    below_neckline: float = 12.0
+    expected: float = 0.7
+    expected_hidden: float = 0.2
+    no_hair: float = 15.0
+    no_skin: float = 15.0
+    unlike_twin: float = 10.0
+    most_expected: float = 40.0
+    print_from: float = 30.0
+    print_share: float = 0.35
+    shoes_off_feet: float = 6.0
+    skin_on_trunk: float = 9.0
+    skin_on_arms: float = 2.0
+    lower_on_trunk: float = 15.0
+    chest: float = 0.6
+
+
+_COSTS = Costs()
+_FRONT_ROUNDS = 4
+"""Rounds of smoothing of the labels that the photo shows."""
+_BEHIND_ROUNDS = 10
+"""Rounds of smoothing of those behind."""
+_TELLING = 20
+"""At least so many vertices of a limb that the photo shows say what lies before its hidden ones."""
+
+
 def allowed_parts(kind: int) -> tuple[str, ...]:
     """The body parts on which a label may lie."""
     return {
@@ -113,7 +171,7 @@ def seen_before(pixels: FloatArray, known: BoolArray, parts: IntArray) -> IntArr
     for names in LIMB_PARTS:
         own = on_parts(parts, *names)
         shown = np.flatnonzero(own & known)
-        if len(shown) >= 20:
+        if len(shown) >= _TELLING:
             front[own] = shown[cKDTree(pixels[shown]).query(pixels[own], workers=1)[1]]
     return np.asarray(front)
 
@@ -134,35 +192,35 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
         cost[:, column] += _reluctance(seen, int(kind), palettes)
-    front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=4)
+    front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
     mirrored = chosen[seen.front]
-    before = 7.0 * (np.arange(len(kinds)) != mirrored[:, None])
-    before *= np.where(seen.on("torso")[:, None] & (kinds == SKIN), 3.0, np.where(kinds == HAIR, 0.5, 1.0))
+    before = _COSTS.unlike_before * (np.arange(len(kinds)) != mirrored[:, None])
+    before *= np.where(seen.on("torso")[:, None] & (kinds == SKIN), _COSTS.skin_on_torso, np.where(kinds == HAIR, _COSTS.hair, 1.0))
     before[seen.face[seen.front] | seen.on("head")] = 0
     neckline = seen.on("torso") & (kinds[mirrored] == SKIN)  # those are the front's: behind, collars are higher
-    before[neckline] = np.where(kinds == SKIN, 12.0 * (UPPER in palettes), 0.0)
-    trust = np.full((len(lab), 1), 0.7)
+    before[neckline] = np.where(kinds == SKIN, _COSTS.below_neckline * (UPPER in palettes), 0.0)
+    trust = np.full((len(lab), 1), _COSTS.expected)
     if HAIR in palettes:  # it reaches the nape, whatever is expected there
-        trust[seen.scalp] = 0.2
-        before[seen.scalp] += 15.0 * (kinds != HAIR)
+        trust[seen.scalp] = _COSTS.expected_hidden
+        before[seen.scalp] += _COSTS.no_hair * (kinds != HAIR)
     if SKIN in palettes:  # who turns away has a face all the same
-        trust[seen.bare] = 0.2
-        before[seen.bare] += 15.0 * (kinds != SKIN)
+        trust[seen.bare] = _COSTS.expected_hidden
+        before[seen.bare] += _COSTS.no_skin * (kinds != SKIN)
     twins = seen.twin >= 0
-    before[twins] = 10.0 * (np.arange(len(kinds)) != chosen[seen.twin[twins], None])
-    behind = _smoothed(seen, np.minimum(trust * cost, 40.0) + before, fixed=np.where(seen.known, chosen, -1), rounds=10)
+    before[twins] = _COSTS.unlike_twin * (np.arange(len(kinds)) != chosen[seen.twin[twins], None])
+    behind = _smoothed(seen, np.minimum(trust * cost, _COSTS.most_expected) + before, fixed=np.where(seen.known, chosen, -1), rounds=_BEHIND_ROUNDS)
     final = np.where(seen.known, chosen, behind.argmin(axis=1))
     best = np.where(seen.known, front.min(axis=1), behind.min(axis=1))
-    labels, strange = kinds[final], best > 30.0
+    labels, strange = kinds[final], best > _COSTS.print_from
     loose = loose_hair(seen, labels)
     if loose.any():
         labels[loose] = kinds[np.where(kinds == HAIR, np.inf, cost[loose] + before[loose]).argmin(axis=1)]
     labels[best > _NEVER] = UNSURE
     for kind in kinds:  # what is mostly of another colour is something else
         own = labels == kind
-        if strange[own].mean() > 0.35 if own.any() else False:
+        if strange[own].mean() > _COSTS.print_share if own.any() else False:
             labels[own & strange] = UNSURE
     return labels, strange & (labels > UNSURE)
 
@@ -182,13 +240,13 @@ def _reluctance(seen: Seen, kind: int, palettes: Mapping[int, FloatArray]) -> Fl
 
     cost = np.zeros(len(seen.parts))
     if kind == SHOES:
-        cost[~seen.on(*_FEET)] = 6.0
+        cost[~seen.on(*_FEET)] = _COSTS.shoes_off_feet
     elif kind == SKIN and UPPER in palettes:
-        cost[seen.on("torso")] = 9.0
-        cost[seen.on(*_ARMS)] = 2.0
+        cost[seen.on("torso")] = _COSTS.skin_on_trunk
+        cost[seen.on(*_ARMS)] = _COSTS.skin_on_arms
     elif kind == LOWER and UPPER in palettes:
         torso, height = seen.on("torso"), _trunk_height(seen)
-        cost[torso] = 15.0 * (height[torso] > np.quantile(height[torso], 0.6))
+        cost[torso] = _COSTS.lower_on_trunk * (height[torso] > np.quantile(height[torso], _COSTS.chest))
     elif kind == HAIR:
         torso, head = seen.on("torso"), seen.on("head")
         if torso.any() and head.any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,18 +11,36 @@ from a2v.geometry.compiled import compiled
 from a2v.reconstruction.backs.exemplar import Exemplar
 from a2v.types import BoolArray, FloatArray, IntArray
 
+ROUNDS = 4
+"""Sweeps over the surface, there and back."""
+HEIGHT_WEIGHT = 0.02
+"""Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5 cm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unrolled:
+    """A surface that lies flat around each of its vertices.
+
+    Attributes
+    ----------
+    vertices : (V, 3)
+    maps : (V, 2, 3)
+        `unrolling`.
+    neighbors : (V, N) int
+    """
+
+    vertices: FloatArray
+    maps: FloatArray
+    neighbors: IntArray
+
 
 def match_surface(
     exemplar: Exemplar,
-    vertices: FloatArray,
-    maps: FloatArray,
-    neighbors: IntArray,
+    cloth: Unrolled,
     labels: IntArray,
     *,
     home: FloatArray,
     known: BoolArray,
-    rounds: int = 4,
-    height_weight: float = 0.02,
     seed: int = 0,
 ) -> tuple[FloatArray, BoolArray]:
     """Places (V, 2) in the exemplar, pixels, that vertices continue, and for which vertices (V,) there is one.
@@ -34,21 +53,15 @@ def match_surface(
     Parameters
     ----------
     exemplar : Exemplar
-    vertices : (V, 3)
-    maps : (V, 2, 3)
-        `unrolling`.
-    neighbors : (V, N) int
+    cloth : Unrolled
     labels : (V,) int
         0 for vertices that continue nothing.
     home : (V, 2)
         Pixels of the exemplar at which the vertices would be looked for first.
     known : (V,) bool
-    rounds : int
-        Sweeps over the surface, there and back.
-    height_weight : float
-        Cost of a square centimetre of height, in units of the detail's variance; it levels off at 5 cm.
     seed : int
     """
+    vertices, neighbors = cloth.vertices, cloth.neighbors
     usable = np.zeros(int(labels.max()) + 1, bool)
     for kind in range(1, len(usable)):
         usable[kind] = (exemplar.sources & (exemplar.labels == kind)).sum() > 60
@@ -56,13 +69,13 @@ def match_surface(
     order = _from_known(vertices, known & (labels > 0), wanted)
     place = np.where(known[:, None], home, -1.0)
     detail, metre = np.ascontiguousarray(exemplar.detail), exemplar.camera.scale
-    leash = height_weight * np.array([_variance(detail, exemplar, kind) for kind in range(len(usable))])
-    maps = np.asarray(maps, np.float64)
+    leash = HEIGHT_WEIGHT * np.array([_variance(detail, exemplar, kind) for kind in range(len(usable))])
+    maps = np.asarray(cloth.maps, np.float64)
     steps = vertices[:, None] - vertices[neighbors]
     ways = metre * np.einsum("vnij,vnj->vni", 0.5 * (maps[:, None] + maps[neighbors]), steps) * [1, -1]
     pools = [np.argwhere(exemplar.sources & (exemplar.labels == kind))[:, ::-1] + 0.5 for kind in range(len(usable))]
     run, generator = compiled(_sweep), np.random.default_rng(seed)
-    for sweep in range(2 * rounds):
+    for sweep in range(2 * ROUNDS):
         way = order if sweep % 2 == 0 else order[::-1]
         tries = _tries(way, place, home, labels, pools, reach=max(4.0, 0.125 * metre * 0.5**sweep), generator=generator)
         run(

@@ -11,8 +11,10 @@ from a2v.geometry.volume import Grid
 from a2v.reconstruction.body_prior.columns import columns_seen, front_seen
 from a2v.types import BoolArray, FloatArray, IntArray
 
-WIDEST, SMALLEST = 0.6, 0.05
-"""A gap between the legs wider than this is no cloth, and one nowhere as wide, or not as high, as that is a fold of trousers; metres."""
+WIDEST = 0.6
+"""A gap between the legs that is wider is no cloth, metres."""
+SMALLEST = 0.05
+"""One that is nowhere as wide, or not as high, is a fold of trousers, metres."""
 APART = 0.12
 """Where the middles of the legs are farther apart in depth, it is trousers that meet in the picture, metres."""
 HOLD = 0.18

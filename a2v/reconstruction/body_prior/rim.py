@@ -22,6 +22,7 @@ class SkinDeformer:
     def __init__(self, vertices: FloatArray, faces: IntArray) -> None:
         import scipy.sparse as sp
 
+        self.faces = faces
         count = len(vertices)
         corners = vertices[faces]
         rows, columns, values = [], [], []
@@ -56,7 +57,6 @@ class SkinDeformer:
 
 def pull_to_contour(
     skin: FloatArray,
-    faces: IntArray,
     parts: IntArray,
     grid: Grid,
     mask_distance: FloatArray,
@@ -68,6 +68,7 @@ def pull_to_contour(
 
     `parts` (V,) are `a2v.body.PARTS`, `mask_distance` (nx, ny) is of the grid's columns, `turn` counts the rounds from 0.
     """
+    faces = deformer.faces
     own = binary_distance(np.isfinite(front_seen(skin, faces, grid)), grid.cell)
     slope_own = np.stack(np.gradient(own, grid.cell), axis=-1).astype(np.float32)
     slope_mask = np.stack(np.gradient(mask_distance, grid.cell), axis=-1).astype(np.float32)

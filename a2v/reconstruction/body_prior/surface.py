@@ -21,7 +21,7 @@ from a2v.reconstruction.body_prior.cloth import LegColumns
 from a2v.reconstruction.body_prior.columns import binary_distance, front_seen, mask_distance
 from a2v.reconstruction.body_prior.rim import SkinDeformer, drape, pull_to_contour
 from a2v.reconstruction.body_prior.settings import SurfaceSettings
-from a2v.reconstruction.body_prior.volume import add_lobes, close_head, close_toes, part_arms
+from a2v.reconstruction.body_prior.volume import Skin, add_lobes, close_head, close_toes, part_arms
 from a2v.reconstruction.extraction import mesh_grid
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
 
@@ -125,13 +125,13 @@ def dress(
     bare, deformer = skin, SkinDeformer(skin, faces)
     without_cloth = _outside_of_cloth(skin, faces, parts, grid, outline)
     for turn in range(settings.rounds):
-        skin = pull_to_contour(skin, faces, parts, grid, without_cloth, deformer, settings, turn)
+        skin = pull_to_contour(skin, parts, grid, without_cloth, deformer, settings, turn)
         report(turn + 1)
 
     skin = drape(skin, faces, parts, deformer, bare)
     field = close_toes(close_head(signed_distance(skin, faces, grid, band=band), skin, parts, grid), skin, parts, grid)
     report(settings.rounds + 1)
-    field, cloth = add_lobes(field, skin, faces, parts, grid, outline, settings, band=band)
+    field, cloth = add_lobes(field, Skin(skin, faces, parts), grid, outline, settings, band=band)
     # cut what sticks out of the mask by a rounded extrusion of it
     field = np.maximum(field, np.minimum(outline, 3 * grid.cell)[:, :, None])
     return DressedBody(part_arms(field, bare, faces, parts, grid), grid, cloth, skin, faces, parts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
@@ -91,11 +93,18 @@ def part_arms(field: FloatArray, bare: FloatArray, faces: IntArray, parts: IntAr
     return field
 
 
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The body's outer skin: vertices (S, 3), metres, faces (G, 3), and parts (S,), as of `a2v.body.skin.outer_skin`."""
+
+    vertices: FloatArray
+    faces: IntArray
+    parts: IntArray
+
+
 def add_lobes(
     field: FloatArray,
-    skin: FloatArray,
-    faces: IntArray,
-    parts: IntArray,
+    skin: Skin,
     grid: Grid,
     mask_distance: FloatArray,
     settings: SurfaceSettings,
@@ -108,8 +117,8 @@ def add_lobes(
     """
     import cv2
 
-    front, back = columns_seen(skin, faces, grid)
-    legs = LegColumns.of(skin, faces, parts, grid)
+    front, back = columns_seen(skin.vertices, skin.faces, grid)
+    legs = LegColumns.of(skin.vertices, skin.faces, skin.parts, grid)
     share, before, behind = span_legs(legs, legs.gaps((mask_distance < 0) & ~np.isfinite(front)), mask_distance)
     cloth = share > 0
     if cloth.any():

@@ -26,8 +26,10 @@ from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruct
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
-_BENT, _CREASED = (0.55, 0.95), 0.05
-"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements there count from this share on, and from the second value on whole."""
+_BENT = (0.55, 0.95)
+"""In the creases of bent joints skinning shrinks the body: by its determinant, displacements count `_CREASED` up to the first value, and whole from the second on."""
+_CREASED = 0.05
+"""What displacements count for in creases."""
 _DOWN = -0.4
 """Skin of a foot whose normal points so far down is its sole: what lies below it is the ground, or nothing that was seen."""
 _EXPECTED = 0.03

@@ -19,8 +19,10 @@ from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surfac
 
 _AROUND = 0.09
 """The head follows the face's bend up to so far from it, metres on the body at rest."""
-_JAW, _BROW = 0.03, 0.005
-"""Below the eyes what lies so near to the face, metres, keeps its shape, above them less: hair begins there."""
+_JAW = 0.03
+"""Below the eyes what lies so near to the face keeps its shape, metres."""
+_BROW = 0.005
+"""The same above them, where hair begins."""
 SMALL = 44.0
 """Faces narrower than so many pixels keep the model's own features: landmarks are off by more than what tells people apart."""
 SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colours"

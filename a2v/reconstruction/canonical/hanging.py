@@ -16,10 +16,14 @@ _SHARE = 0.5
 _LEAST = 3
 _ALIKE = 12.0
 """Colours within so many CIELAB units are alike; lightness counts a third, for cloth between two legs lies in their shadow."""
-_AROUND, _ROWS = 0.25, 0.03
-"""The picture's colours are asked over this share of the gap around its middle, and so far above and below, metres."""
-_SAMPLES, _OFTEN = 1500, 0.15
-"""Of so many samples of the legs at that height, at least this share is alike."""
+_AROUND = 0.25
+"""The picture's colours are asked over this share of the gap around its middle."""
+_ROWS = 0.03
+"""And so far above and below, metres."""
+_SAMPLES = 1500
+"""Samples of the legs at that height."""
+_OFTEN = 0.15
+"""At least this share of them is alike."""
 
 
 def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: Camera) -> bool:

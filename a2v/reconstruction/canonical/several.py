@@ -11,8 +11,10 @@ from a2v.reconstruction.canonical.face import face_width
 from a2v.reconstruction.canonical.observe import Observed
 from a2v.types import Body, Camera, FloatArray, Reconstruction, Subject
 
-ASIDE, AHEAD = 0.004, 0.010
-"""Errors of an observed displacement, metres: in the photo's plane, where the outline tells it, and along its rays, where the network guesses."""
+ASIDE = 0.004
+"""Error of an observed displacement in the photo's plane, where the outline tells it, metres."""
+AHEAD = 0.010
+"""The same along its rays, where the network guesses."""
 OWN_FACE = 1.3
 """Another photo than the first gives the face where it shows it so many times as large."""
 

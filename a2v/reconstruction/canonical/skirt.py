@@ -19,8 +19,10 @@ COLUMNS = 96
 """Vertices around."""
 _ROW = 0.016
 """Between rows, metres."""
-_ABOVE, _TUCKED = 0.06, 0.05
-"""The layer begins so far over the hips' joints, within the trunk, and comes out of it over so much, metres."""
+_ABOVE = 0.06
+"""The layer begins so far over the hips' joints, within the trunk, metres."""
+_TUCKED = 0.05
+"""It comes out of the trunk over so much, metres."""
 _UNDER = 0.012
 """So far within the trunk, metres."""
 _THICK = 0.003

@@ -21,8 +21,12 @@ from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, 
 
 _TURNED = 38.0
 """Faces turned farther than so many degrees from the camera have no expressions."""
-_TEETH_SCALE, _UPPER_UP, _LOWER_DOWN = np.array([0.78, 0.92, 0.94]), 0.0005, 0.002
-"""The teeth are the model's stand-ins and too large for its mouth: so much smaller and moved, metres, closed lips hide them, and open ones show them."""
+_TEETH_SCALE = np.array([0.78, 0.92, 0.94])
+"""The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips hide them, and open ones show them."""
+_UPPER_UP = 0.0005
+"""The upper ones are moved up so far, metres."""
+_LOWER_DOWN = 0.002
+"""The lower ones are moved down so far, metres."""
 _CLOSED = 0.05
 """So much of the model's closing mouth is in the neutral face: at rest its lips leave a gap of a fraction of a millimetre, through which teeth show."""
 _LID = 0.82

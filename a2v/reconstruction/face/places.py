@@ -9,8 +9,10 @@ from a2v.types import FloatArray
 RIGHT_EYE = (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246)
 """Mediapipe's landmarks around the opening of the person's right eye, from the outer corner under it to the inner one and back above it."""
 LEFT_EYE = (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466)
-RIGHT_IRIS, LEFT_IRIS = (468, 469, 470, 471, 472), (473, 474, 475, 476, 477)
+RIGHT_IRIS = (468, 469, 470, 471, 472)
 """Middle and four points of the rim."""
+LEFT_IRIS = (473, 474, 475, 476, 477)
+"""The same."""
 LIPS = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185)
 MOUTH_ABOVE = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308)
 MOUTH_BELOW = (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308)

@@ -135,7 +135,7 @@ class GuideMesh:
 
     def maps(self, camera: OrthographicCamera, frame: int, size: int = GUIDE) -> GuideMaps:
         """Its maps at `size` pixels for the camera of a frame of `frame` pixels."""
-        front, back = (side_view(self._rays, self._vertices, self._faces, self._normals, camera, frame, size, side) for side in (1, -1))
+        front, back = (side_view(self._rays, self._normals, camera, frame, size, side) for side in (1, -1))
         return GuideMaps(front.depth, back.depth, front.normals, back.normals)
 
 

@@ -21,8 +21,10 @@ from a2v.reconstruction.implicit.inputs import mask_distance
 from a2v.reconstruction.implicit.model import ImplicitPerson
 from a2v.types import FloatArray, IntArray, OrthographicCamera
 
-THICKER, THINNER = 0.06, 0.2
-"""The surface moves out and in by at most these shares of the thickness that the dressed body has there."""
+THICKER = 0.06
+"""The surface moves out by at most this share of the thickness that the dressed body has there."""
+THINNER = 0.2
+"""It moves in by at most this share of it."""
 GAP = 0.4
 """It moves out by at most this share of the way to what is next to it: limbs that stand apart stay apart."""
 RIM = 0.15

@@ -18,7 +18,12 @@ from a2v.sessions import WEIGHTS, file_digest, open_session, read_metadata
 from a2v.types import Body, FloatArray, OrthographicCamera, Subject
 
 FORMAT = "a2v-person/1"
-MAPS_FILE, FIELD_FILE, COLORS_FILE = "person_maps.onnx", "person_field.onnx", "person_colors.onnx"
+MAPS_FILE = "person_maps.onnx"
+"""The network of maps."""
+FIELD_FILE = "person_field.onnx"
+"""The network of the field."""
+COLORS_FILE = "person_colors.onnx"
+"""The network of colours."""
 FILES = (MAPS_FILE, FIELD_FILE, COLORS_FILE)
 CHUNK = 65_536
 """Points a call: bounds memory."""

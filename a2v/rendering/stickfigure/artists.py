@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GROUND, GRID, SHADOW, PATH = "#f4f4f2", "#d9d9d4", "#c9c9c4", "#3a9d5d"
+GROUND = "#f4f4f2"
+GRID = "#d9d9d4"
+SHADOW = "#c9c9c4"
+PATH = "#3a9d5d"
 
 MAX_PANELS = 64
 """Most figures in one animation."""

@@ -14,6 +14,7 @@ from a2v.kinematics.ground import face_forward, first_heading
 from a2v.lab.datasets import NativeFrame
 from a2v.lab.evaluation.classifier import ActionClassifier, Evaluator
 from a2v.lab.evaluation.protocol import (
+    ActionRows,
     EvaluationSettings,
     action_table,
     evaluate,
@@ -89,10 +90,10 @@ def test_a_row_does_not_depend_on_the_others_and_known_rows_are_kept(setting):
     again = evaluate({"copies": models["copies"], "still": never}, dataset, evaluator, SETTINGS, known=known, on_row=shown.append)
     assert [row.name for row in shown[2:]] == ["copies"]
     assert again == both
-    tables = evaluate_actions({"still": never}, dataset, evaluator, ["slow"], SETTINGS, known={"slow": known})
+    tables = evaluate_actions({"still": never}, dataset, evaluator, ["slow"], SETTINGS, rows=ActionRows({"slow": known}))
     assert tables["slow"] == alone
     kept = []
-    tables = evaluate_actions(models, dataset, evaluator, ["slow"], SETTINGS, known={"slow": known}, on_row=lambda *row: kept.append(row))
+    tables = evaluate_actions(models, dataset, evaluator, ["slow"], SETTINGS, rows=ActionRows({"slow": known}, lambda *row: kept.append(row)))
     assert kept == [("slow", row) for row in tables["slow"] if row.name == "copies"]
 
 

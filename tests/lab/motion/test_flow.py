@@ -16,12 +16,12 @@ from a2v.kinematics.ground import face_forward
 from a2v.lab.datasets import ClipSampler
 from a2v.lab.motion.flow import GUIDANCE, FlowModel, FlowNetwork, FlowSettings, Modulation
 from a2v.lab.motion.flow_training import WindowPool, train_flow
-from a2v.lab.motion.windows import LinearCode, WindowCodec, foot_metric
+from a2v.lab.motion.windows import CodecSettings, LinearCode, WindowCodec, foot_metric
 from a2v.motion import MotionModel
 from a2v.motion.features import ROOT_WEIGHT, window_features
 from a2v.motion.steer import SoftConstraint, steer
 from export import sample as sample_script
-from export.flow import WindowGraph, export_flow
+from export.flow import Sampling, WindowGraph, export_flow
 from export.storage import round_to_stored
 from tests.support.flows import SMALL
 from tests.support.motions import waving
@@ -34,7 +34,7 @@ def data():
 
 @pytest.fixture(scope="module")
 def codec(data):
-    return WindowCodec.fit(data, size=12, context_size=5, context_frames=4, windows=300)
+    return WindowCodec.fit(data, CodecSettings(size=12, context_size=5, context_frames=4), windows=300)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def exported(data, codec, tmp_path_factory):
             parameter.add_(torch.randn_like(parameter) * 0.05)
     model = FlowModel(network.eval(), codec)
     path = tmp_path_factory.mktemp("flow") / "flow.onnx"
-    export_flow(model, data, path, licence="Apache-2.0", steps=3)
+    export_flow(model, data, path, licence="Apache-2.0", sampling=Sampling(steps=3))
     return model, MotionModel.load(path)
 
 
@@ -334,8 +334,8 @@ def test_matrices_are_stored_as_bytes(data, codec, tmp_path):
     model = FlowModel(network.eval(), codec)
     before = [parameter.clone() for parameter in network.parameters()]
     with pytest.raises(InputError, match="temperature is 0"):
-        export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", temperature=0.0)
-    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", steps=2, temperature=0.8, guidance=GUIDANCE, guided_until=0.5)
+        export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", sampling=Sampling(temperature=0.0))
+    export_flow(model, data, tmp_path / "wide.onnx", licence="Apache-2.0", sampling=Sampling(steps=2, guidance=GUIDANCE, guided_until=0.5, temperature=0.8))
     size = 4 * sum(parameter.numel() for parameter in network.parameters())
     stored = (tmp_path / "wide.onnx").read_bytes()
     assert len(stored) < 0.7 * size  # with a graph of 1,100 nodes

@@ -46,8 +46,10 @@ FRAMES: tuple[tuple[str, float], ...] = (
 """Frames of motion: DeepMimic's clips (``motions/humanoid3d_*.txt``), and how far into each."""
 T_POSE = "T-pose"
 POSES: tuple[str, ...] = (T_POSE, *(f"{name} {share:.2f}" for name, share in FRAMES))
-_DISTANCE, _HEIGHT = (2.5, 8.0), (1.0, 1.7)
-"""Between which the camera stands, metres: from the person, and over the floor."""
+_DISTANCE = (2.5, 8.0)
+"""Distances of the camera from the person, metres."""
+_HEIGHT = (1.0, 1.7)
+"""Heights of the camera over the floor, metres."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -170,7 +172,7 @@ def _photographed(outfit: Outfit, stance: str, generator: np.random.Generator) -
         shown = among(shown, Thing(thing.vertices - origin, thing.faces, thing.uv, thing.patterns), patterns)
     surface = shown.surface
     rays = RayScene(surface.vertices, surface.faces)
-    fore = side_view(rays, surface.vertices, surface.faces, shown.normals, camera, FILM.size, FILM.shadows, 1)
+    fore = side_view(rays, shown.normals, camera, FILM.size, FILM.shadows, 1)
     lit = light_scene(rays, shown, fore, generator)
     return photograph_scene(rays, shown, fore, lit, generator), camera
 

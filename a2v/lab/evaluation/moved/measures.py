@@ -20,15 +20,18 @@ from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surf
 from a2v.lab.studio.texture import texture_at
 from a2v.types import BoolArray, Camera, Character, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
-LONG_EDGE, STRETCH = 0.04, 3.0
-"""A triangle is torn where an edge is longer than this, metres, and so many times as long as where the character was made."""
+LONG_EDGE = 0.04
+"""A triangle is torn where an edge is longer than this, metres, and stretched by `STRETCH`."""
+STRETCH = 3.0
+"""And so many times as long as where the character was made."""
 OWN_REACH = 0.06
 """Metres around a place of the character within which the truth's colours are the place's own."""
 OTHER_REACH = 0.12
 """Beyond this, metres, they are another part's."""
-OWN_COLOR, OTHER_COLOR = 20.0, 10.0
-"""Differences of colours (CIELAB, lightness counts half): a place whose colour is farther than the first from all its own colours, and
-nearer than the second to one of another part, has that part's colour."""
+OWN_COLOR = 20.0
+"""A place is of another part's colour where its colour is farther than this from all its own, CIELAB units (lightness counts half)."""
+OTHER_COLOR = 10.0
+"""And nearer than this to one of the other part, in the same units."""
 SIDES: Mapping[str, float] = {"front": 0.0, "left": 90.0, "back": 180.0, "right": 270.0}
 """Turns about the vertical, degrees."""
 

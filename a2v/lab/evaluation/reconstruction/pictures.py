@@ -19,7 +19,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     """
     import cv2
 
-    from a2v.rendering.preview import preview_surface
+    from a2v.rendering.preview import PreviewStyle, preview_surface
 
     case = result.case
     low, high = case.surface.vertices.min(axis=0), case.surface.vertices.max(axis=0)
@@ -28,7 +28,7 @@ def picture_rows(result: Result, *, size: int = 200) -> dict[str, ByteArray]:
     border = round((1 - wide) / 2 * size)
 
     def look(surface: Surface, azimuth: float, clay: bool = False) -> ByteArray:
-        picture = preview_surface(surface, azimuth=azimuth, size=size, center=center, extent=extent, shaded=False, plain=clay)
+        picture = preview_surface(surface, azimuth=azimuth, size=size, center=center, extent=extent, style=PreviewStyle(shaded=False, plain=clay))
         return picture[:, border : size - border]
 
     mask = np.zeros((size, size, 3), np.uint8)

@@ -15,8 +15,10 @@ from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene, pixel_rays
 from a2v.types import Body, BoolArray, FloatArray, IntArray, OrthographicCamera, Surface
 
-THICK, THIN = 1.6, 0.04
-"""More than `THICK` times as thick as it can be is a slab; what is thinner than `THIN` metres, as every rim is, counts as so thick."""
+THICK = 1.6
+"""What is more than so many times as thick as it can be is a slab."""
+THIN = 0.04
+"""What is thinner, as every rim is, counts as so thick, metres."""
 STEPS = 24
 """Radii that `local_radius` tries."""
 

@@ -9,7 +9,10 @@ from torch.nn import functional
 from a2v.lab.motion.baselines.base import Baseline, Batch, Improve, Sizes, layers, normal, over_time, random_poses, real_or_not
 
 NOISE = 30
-CLASS_WEIGHT, POSE_WEIGHT = 0.7, 0.5
+CLASS_WEIGHT = 0.7
+"""Weight of the action's cross entropy in the generator's loss."""
+POSE_WEIGHT = 0.5
+"""Weight of the judge of single poses in it."""
 
 
 class ActMoCoGAN(Baseline):

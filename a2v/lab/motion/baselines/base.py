@@ -97,6 +97,12 @@ def random_poses(batch: Batch, draws: torch.Generator, each: int = 4) -> tuple[T
     return batch.poses[torch.arange(clips)[:, None], chosen].flatten(0, 1), batch.actions.repeat_interleave(each, 0)
 
 
+CRITIC_STEPS = 3
+"""Of a critic for each of its generator."""
+GRADIENT_PENALTY = 10.0
+"""Weight of the gradient's norm (lambda of Gulrajani et al. 2017)."""
+
+
 def wasserstein_round(
     generate: Callable[[int], Tensor],
     generator: nn.Module,
@@ -105,11 +111,8 @@ def wasserstein_round(
     given: Tensor,
     improve: Improve,
     draws: torch.Generator,
-    *,
-    rounds: int = 3,
-    penalty: float = 10.0,
 ) -> dict[str, float]:
-    """`rounds` steps of a critic and one of its generator, with the gradient penalty of Gulrajani et al. (2017).
+    """`CRITIC_STEPS` steps of a critic and one of its generator, with the gradient penalty of Gulrajani et al. (2017).
 
     Parameters
     ----------
@@ -118,13 +121,13 @@ def wasserstein_round(
     given : (N, C) or (N, 0)
         What the critic is told of each pose.
     """
-    for _ in range(rounds):
+    for _ in range(CRITIC_STEPS):
         fake = generate(len(real)).detach()
         share = torch.rand(len(real), 1, generator=draws)
         between = (share * real + (1 - share) * fake).requires_grad_()
         (slope,) = torch.autograd.grad(critic(torch.cat([between, given], -1)).sum(), between, create_graph=True)
         both = critic(torch.cat([torch.cat([fake, real]), torch.cat([given, given])], -1))
         distance = both[: len(fake)].mean() - both[len(fake) :].mean()
-        criticised = improve(critic, distance + penalty * ((slope.norm(dim=-1) - 1) ** 2).mean())
+        criticised = improve(critic, distance + GRADIENT_PENALTY * ((slope.norm(dim=-1) - 1) ** 2).mean())
     made = improve(generator, -critic(torch.cat([generate(len(real)), given], -1)).mean())
     return {"discriminator": criticised, "generator": made}

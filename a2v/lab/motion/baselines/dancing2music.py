@@ -9,8 +9,14 @@ from torch.nn import functional
 from a2v.lab.motion.baselines.base import FIRST_STAGE, Baseline, Batch, Improve, Sizes, layers, normal, over_time, real_or_not
 
 SNIPPET = 32
-INITIAL, MOVE = 10, 512
-KL_WEIGHT, SEQUENCE_WEIGHT = 0.01, 10.0
+INITIAL = 10
+"""Size of the code of the first pose."""
+MOVE = 512
+"""Size of the code of a movement."""
+KL_WEIGHT = 0.01
+"""Weight of the Kullback-Leibler divergence."""
+SEQUENCE_WEIGHT = 10.0
+"""Weight of the error of sequences."""
 
 
 class Gaussian(nn.Module):

@@ -22,7 +22,12 @@ from a2v.lab.motion.baselines.base import (
 
 NOISE = 12
 LARGEST_STEP = 0.3
-SMOOTH_WEIGHT, MAGNITUDE_WEIGHT, CLASS_WEIGHT = 1e-4, 0.1, 0.01
+SMOOTH_WEIGHT = 1e-4
+"""Weight of the squared steps between latents."""
+MAGNITUDE_WEIGHT = 0.1
+"""Weight of the latents' squares."""
+CLASS_WEIGHT = 0.01
+"""Weight of the action's cross entropy."""
 
 
 class LatentTransition(Baseline):

@@ -18,8 +18,10 @@ from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
 BASE_VERTICES = 19158
 """Vertices of the mesh ``hm08`` that everything binds to."""
-MOST_FILES, LARGEST = 2000, 16 << 20
-"""Files of an archive, and bytes of one of them unpacked."""
+MOST_FILES = 2000
+"""Files of an archive at most."""
+LARGEST = 16 << 20
+"""Bytes of one of them unpacked, at most."""
 MOST_PIXELS = 4096
 
 

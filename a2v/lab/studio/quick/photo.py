@@ -10,7 +10,7 @@ import numpy as np
 from a2v.body.places import CanonicalPlaces
 from a2v.geometry.rays import Hits, RayScene, SideView, side_view
 from a2v.lab.studio.guide import Guide
-from a2v.lab.studio.photograph import Film, light_scene, photograph_scene
+from a2v.lab.studio.photograph import Around, Film, light_scene, photograph_scene
 from a2v.lab.studio.posing import Pose
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.lab.studio.quick.views import MAP, PHOTO, QuickView
@@ -84,8 +84,8 @@ def quick_view(
             return None
     lit = light_scene(rays, sitting, seen, generator, FILM)
     feet = float(np.clip(np.ceil(alone.camera.project(alone.surface.vertices)[:, 1].max()) + 2, 0, PHOTO))
-    behind, before = clutter.around(PHOTO, feet, person.reshape(FILM.shadows, FILM.shadows), generator)
-    photo = photograph_scene(rays, sitting, seen, lit, generator, FILM, behind=behind, before=before)
+    around = Around(*clutter.around(PHOTO, feet, person.reshape(FILM.shadows, FILM.shadows), generator))
+    photo = photograph_scene(rays, sitting, seen, lit, generator, FILM, around=around)
     fore, rear = _see(bare, alone, MAP), _see(bare, alone, MAP, -1)
     marks = placed.landmarks(guide) - origin
     return QuickView(
@@ -103,8 +103,7 @@ def quick_view(
 
 def _see(rays: RayScene, scene: Sitting, size: int, side: int = 1) -> SideView:
     """A scene on `size` pixels a side, from the front (1) or through from the back (-1)."""
-    surface = scene.surface
-    return side_view(rays, surface.vertices, surface.faces, scene.normals, scene.camera, PHOTO, size, side)
+    return side_view(rays, scene.normals, scene.camera, PHOTO, size, side)
 
 
 def _draw_square(seen: FloatArray, settings: QuickSettings, generator: np.random.Generator) -> Square:

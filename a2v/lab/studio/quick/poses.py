@@ -12,7 +12,10 @@ from a2v.lab.studio.quick.bank import PoseBank
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.types import FloatArray
 
-_ARM, _LEG = ("Shoulder", "Arm", "ForeArm", "Hand"), ("UpLeg", "Leg", "Foot", "ToeBase")
+_ARM = ("Shoulder", "Arm", "ForeArm", "Hand")
+"""Bones of an arm."""
+_LEG = ("UpLeg", "Leg", "Foot", "ToeBase")
+"""Bones of a leg."""
 _MOST_BENT = np.radians(145.0)
 """Of an elbow."""
 

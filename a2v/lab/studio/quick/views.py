@@ -15,8 +15,10 @@ from a2v.lab.studio.view import hidden_by
 from a2v.record import Record
 from a2v.types import BoolArray, ByteArray, FloatArray, IntArray
 
-PHOTO, MAP = 256, 64
-"""Pixels a side of a quick photo and of its maps."""
+PHOTO = 256
+"""Pixels a side of a quick photo."""
+MAP = 64
+"""Pixels a side of its maps."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.io import open_file, printable, read_bytes, read_npz, shorten
+from a2v.io import claim, open_file, printable, read_bytes, read_npz, shorten
 from pipelines.cli import main
 
 
@@ -73,3 +76,14 @@ def test_files_appear_with_the_modes_of_the_umask(tmp_path):
     mask = os.umask(0)
     os.umask(mask)
     assert stat.S_IMODE((tmp_path / "a.npz").stat().st_mode) == 0o666 & ~mask
+
+
+def test_a_folder_has_one_writer_at_a_time(tmp_path: Path) -> None:
+    with claim(tmp_path):
+        with pytest.raises(InputError, match="another run is writing to"), claim(tmp_path):
+            pass
+        other = [sys.executable, "-c", "import sys; from a2v.io import claim\nwith claim(sys.argv[1]): pass", str(tmp_path)]
+        assert b"another run is writing" in subprocess.run(other, capture_output=True).stderr
+    with claim(tmp_path):
+        assert not list(tmp_path.iterdir())  # nothing marks it
+    assert subprocess.run(other, capture_output=True).returncode == 0

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from a2v.errors import InputError
-from a2v.io import atomic_path
+from a2v.io import atomic_path, claim
 from pipelines.answer import Answer
 from pipelines.engine.graph import check_names, outputs_of
 from pipelines.engine.run import Outcome
@@ -69,7 +69,7 @@ def run(options: Options) -> Answer:
 def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
     """Make the video; `tell` hears what the words of the action were taken for, before anything long runs."""
     resolved = options.request.resolve(Store(options.running.cache))
-    graph, parameters = resolved.graph, resolved.parameters
+    graph = resolved.graph
     check_names(graph, [name for name in (options.start, options.only) if name], outputs_of(graph), "node")
     if options.only and (options.animation or options.sheet):
         raise InputError("--only writes one stage's result; leave --animation and --sheet out")
@@ -78,6 +78,13 @@ def make(options: Options, *, tell: Callable[[str], object]) -> Answer:
     out = check_writable(options.out)
     for line in resolved.understood:
         tell(line)
+    with claim(out):
+        return _make(options, resolved, out)
+
+
+def _make(options: Options, resolved: Resolved, out: Path) -> Answer:
+    """Compute what is asked for and write it to `out`."""
+    graph, parameters = resolved.graph, resolved.parameters
     rigged = not options.rigging.plain
     if rigged and options.only:
         raise InputError("--only writes one stage's result, on the body's own rig; leave --rig and --root-motion out")

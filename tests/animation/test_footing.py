@@ -18,13 +18,14 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
 from a2v.motion.prompts import Step
+from a2v.motion.timeline import Take
 from a2v.props import Props, box, rod
 from a2v.rendering.things import with_props
 from a2v.types import Body, Character, Motion, Surface
 
 
 def climbing(action: str) -> Motion:
-    return make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], frames=150, fps=30, seed=0)
+    return make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30, seed=0))
 
 
 @pytest.mark.parametrize(("action", "least"), [("Climb a ladder", 0.7), ("Climb stairs", 0.2)])

@@ -16,11 +16,11 @@ ARGS ?=
 MOTIONS ?=
 export PYTHON
 
-.PHONY: help setup video page test fuzz bench sheets lint notebooks dag clean
+.PHONY: help setup video page test test-fast slow fuzz bench sheets lint notebooks dag clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 
 setup: ## install what is needed (Debian packages, .venv, pinned dependencies); again: nothing
 	@scripts/setup.sh
@@ -33,6 +33,12 @@ page: setup ## a page in the browser: a photo in, a video out; Ctrl-C ends it
 
 test: setup ## run every test
 	@OMP_NUM_THREADS=1 $(PY) -m pytest -v -n $(WORKERS) --dist loadfile --durations=15 $(ARGS)
+
+test-fast: setup ## the quick files of tests, in under three minutes: for whoever edits
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --fast $(ARGS)
+
+slow: setup ## measure every test and list the slow files in tests/slow.txt, which test-fast leaves out
+	@OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(WORKERS) --dist loadfile --note-slow $(ARGS)
 
 fuzz: setup ## hostile files, options and requests: CASES=300 of each kind, drawn by SEED=1, told in REPORT=FILE
 	@A2V_FUZZ=$(CASES) A2V_FUZZ_REPORT=$(REPORT) $(PY) -m pytest tests/fuzz --hypothesis-seed=$(SEED) $(ARGS)

@@ -1,14 +1,27 @@
-"""One store for the whole test run, so that the sample's character is computed once and not by every test."""
+"""One store for the whole test run, so that the sample's character is computed once and not by every test; and which files are fast."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import tempfile
+from collections import defaultdict
+from pathlib import Path
 
 import pytest
 
 pytest_plugins = ["tests.support.characters", "tests.support.dressed", "tests.support.glb"]
+
+SLOW = Path(__file__).parent / "tests" / "slow.txt"
+"""Files of tests that ``--fast`` leaves out, one per line with the seconds that each took."""
+FAST_SECONDS = 200.0
+"""What the files that ``--fast`` runs took together, in one process, when the list was made."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of ``make test-fast`` and ``make slow``."""
+    parser.addoption("--fast", action="store_true", help="leave out the files of tests/slow.txt")
+    parser.addoption("--note-slow", action="store_true", help="measure, and write tests/slow.txt anew; only with the whole suite")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -16,6 +29,8 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault("A2V_SMALL", "1")  # notebooks run at their small size
     if "A2V_CACHE" not in os.environ and not hasattr(config, "workerinput"):
         config.stash[_MADE] = os.environ["A2V_CACHE"] = tempfile.mkdtemp(prefix="a2v-tests-")
+    if config.getoption("--note-slow") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(_Durations())
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -23,6 +38,33 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     if made := config.stash.get(_MADE, None):
         os.environ.pop("A2V_CACHE", None)
         shutil.rmtree(made, ignore_errors=True)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """With ``--fast`` the listed files are not even imported."""
+    if not config.getoption("--fast"):
+        return None
+    slow = {line.split()[0] for line in SLOW.read_text().splitlines() if line and not line.startswith("#")}
+    return True if collection_path.is_relative_to(SLOW.parents[1]) and collection_path.relative_to(SLOW.parents[1]).as_posix() in slow else None
+
+
+class _Durations:
+    """Seconds per file, fixtures included; at the end those that are not among the quickest of `FAST_SECONDS` together are listed."""
+
+    def __init__(self) -> None:
+        self.seconds = defaultdict[str, float](float)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self.seconds[report.nodeid.partition("::")[0]] += report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        total, slow = 0.0, list[tuple[str, float]]()
+        for name, seconds in sorted(self.seconds.items(), key=lambda item: item[1]):
+            total += seconds
+            if total > FAST_SECONDS:
+                slow.append((name, seconds))
+        lines = [f"{name} {seconds:.0f}" for name, seconds in sorted(slow, key=lambda item: -item[1])]
+        SLOW.write_text("# Written by `make slow`: files that `make test-fast` leaves out, and their seconds.\n" + "\n".join(lines) + "\n")
 
 
 _MADE = pytest.StashKey[str]()

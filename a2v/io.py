@@ -22,6 +22,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from a2v.errors import A2VError, InputError
+from a2v.system import WINDOWS, file_mask, lock, user_number
 
 MAX_ARCHIVE_BYTES = 1 << 30
 """Refuse to unpack more than this from one ``.npz`` (a zip bomb would otherwise fill the memory)."""
@@ -48,14 +49,14 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{target.stem[:32]}{_MARK}", suffix=target.suffix, dir=target.parent)
-        _lock(handle)
+        lock(handle)
     except OSError as error:
         raise InputError(f"cannot write {target}: {error.strerror}; choose another output folder") from error
     temporary = Path(name)
     _UNFINISHED.add(temporary)
     try:
         yield temporary
-        temporary.chmod(0o666 & ~_umask())
+        temporary.chmod(0o666 & ~file_mask())
         temporary.replace(target)
     except OSError as error:
         if error.filename is None or Path(error.filename) in (temporary, target):
@@ -65,19 +66,6 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         os.close(handle)
         temporary.unlink(missing_ok=True)
         _UNFINISHED.discard(temporary)
-
-
-def _lock(handle: int) -> bool:
-    """Hold an open file until it is closed, or the process ends; False where another process holds it."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        return False
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
 
 
 @contextmanager
@@ -97,7 +85,7 @@ def claim(folder: str | os.PathLike[str]) -> Iterator[None]:
         yield
         return
     try:
-        if not _lock(handle) and os.name != "nt":
+        if not lock(handle) and not WINDOWS:
             raise InputError(f"another run is writing to {folder}; wait for it, or choose another --out")
         yield
     finally:
@@ -116,7 +104,7 @@ def clear_leftovers(folder: str | os.PathLike[str]) -> None:
         with contextlib.suppress(OSError):
             handle = os.open(path, os.O_RDWR)
             try:
-                if _lock(handle):
+                if lock(handle):
                     path.unlink()
             finally:
                 os.close(handle)
@@ -139,20 +127,14 @@ def cache_folders() -> Iterator[Path]:
     if os.environ.get("XDG_CACHE_HOME"):
         with contextlib.suppress(RuntimeError):  # no home folder
             yield Path.home() / ".cache" / "a2v"
-    user = os.getuid() if hasattr(os, "getuid") else "user"
-    yield Path(tempfile.gettempdir()) / f"a2v-{user}"
+    user = user_number()
+    yield Path(tempfile.gettempdir()) / f"a2v-{'user' if user is None else user}"
 
 
 def is_ours(path: Path) -> bool:
     """Whether a file of `cache_folders` is the user's own: another one could have planted it in the shared temporary folder."""
-    return not hasattr(os, "getuid") or path.stat().st_uid in (os.getuid(), 0)
-
-
-def _umask() -> int:
-    """The process's umask (it can only be read by setting it)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
+    user = user_number()
+    return user is None or path.stat().st_uid in (user, 0)
 
 
 def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, Any], *, compress: bool = False) -> None:

@@ -16,6 +16,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from a2v.system import start_method
+
 VARIABLE = "PYTHONSAFEPATH"
 OLD_PYTHON = sys.version_info[:2] < (3, 11)
 """Whether this Python does not know PYTHONSAFEPATH."""
@@ -79,6 +81,8 @@ def safe_children() -> Iterator[None]:
 
 def start_fork_server() -> None:
     """Start `multiprocessing`'s fork server, if it does not run yet, so that neither it nor its workers import from the working folder."""
+    if start_method() != "forkserver":
+        return
     from multiprocessing import forkserver
 
     with safe_children():

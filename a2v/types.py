@@ -213,6 +213,13 @@ class Subject(Record):
         What our own network sees, from which `keypoints` and `keypoints_3d` were mended; None where it was not asked.
     focal_length : float or None
         That the photo's file tells, as for 35 mm film, millimetres.
+    given : (33,) bool or None
+        Landmarks that the user has placed: they are certain. None where nobody did.
+    sides : (8,) float32 or None
+        Of the bones of `a2v.kinematics.names.LIMB_BONES`, what the user says: 1 where the far end lies in front of the near one, -1 behind
+        it, 0 where nothing is said. None where nothing is said of any.
+    people : (n, 4) float32 or None
+        Left, top, right, bottom of all who were found, the largest first, in pixels of the upright photo; None where it is one alone.
     """
 
     may_hold_nan: ClassVar[frozenset[str]] = frozenset({"keypoints_3d"})
@@ -228,6 +235,9 @@ class Subject(Record):
     hands: FloatArray | None = None
     bodymap: BodyMap | None = None
     focal_length: float | None = None
+    given: BoolArray | None = None
+    sides: FloatArray | None = None
+    people: FloatArray | None = None
 
     def __post_init__(self) -> None:
         self._check("image", (None, None, 3))
@@ -236,6 +246,9 @@ class Subject(Record):
         self._check("keypoints_3d", (33, 3))
         self._check("face", (478, 3))
         self._check("hands", (2, 21, 4))
+        self._check("given", (33,))
+        self._check("sides", (8,))
+        self._check("people", (None, 4))
 
 
 @dataclass(frozen=True, kw_only=True)

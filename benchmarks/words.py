@@ -1,6 +1,6 @@
 """How many prompts are understood: ``python -m benchmarks.words [--half development] [--show]``.
 
-``tests/motion/words.csv`` was written before the matcher that it measures. A row holds a prompt, what a person would accept, and the lengths that it
+``tests/motion/words.csv`` was written before the matcher that it measures, ``words_everyday.csv`` before that was changed the next time. A row holds a prompt, what a person would accept, and the lengths that it
 asks for. In `accepted`, ``|`` parts the steps of a prompt, ``;`` what is accepted for one of them, `` / `` other ways to part it; ``*`` stands for any end of a
 name; ``refuse`` for a refusal. A prompt is *servable* where every step has an accepted action that is shipped. It is
 
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import itertools
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from a2v.motion.model import plain_name
 
 TESTS = Path(__file__).parents[1] / "tests/motion"
 HALVES = ("development", "held-out")
+FILES = ("words.csv", "words_everyday.csv")
 
 Steps = Sequence[tuple[str, float | None]]
 Resolver = Callable[[str], Steps]
@@ -120,12 +122,13 @@ def main() -> None:
     parser.add_argument("--show", action="store_true", help="the bad ones of the development half")
     options = parser.parse_args()
     resolve, actions = today()
-    rows = read_rows()
-    for half in HALVES if options.half is None else (options.half,):
+    halves = HALVES if options.half is None else (options.half,)
+    for name, half in itertools.product(FILES, halves):
+        rows = read_rows(name)
         own = [row for row in rows if row.half == half]
         counts, bad = count(own, resolve, actions)
         share = counts["served"] / max(counts["servable"], 1)
-        print(f"{half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}")
+        print(f"{name}, {half}: {len(own)} prompts, wrong {counts['wrong']} ({counts['wrong'] / len(own):.1%}), served {counts['served']} of {counts['servable']} servable ({share:.1%}), refused rightly {counts['refused right']}")
         if options.show and half == HALVES[0]:
             print("\n".join(f"  {what}: {prompt!r} -> {told}" for what, prompt, told in bad))
     first = read_rows("first_fifty.csv")

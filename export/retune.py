@@ -1,14 +1,22 @@
-"""Another guidance and temperature for an exported window flow, whose weights stay: python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75."""
+"""Another guidance and temperature for an exported window flow, whose weights stay.
+
+    python -m export.retune IN.onnx OUT.onnx --guidance 3 --temperature 0.75 [--actions factors.csv]
+
+Guidance makes clips of some actions all alike and slow; the factors, a table of `action,factor`, give those a higher temperature of their own, and lively ones
+a lower one.
+"""
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 import os
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import onnx
-from onnx import numpy_helper
+from onnx import helper, numpy_helper
 
 from a2v.errors import InputError
 from a2v.io import atomic_path
@@ -16,13 +24,25 @@ from a2v.motion.card import WINDOW_FORMAT
 from export.motion import demand_temperature
 
 
-def retune(source: str | os.PathLike[str], target: str | os.PathLike[str], *, guidance: float, temperature: float) -> None:
+def retune(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    guidance: float,
+    temperature: float,
+    factors: Mapping[str, float] | None = None,
+) -> None:
     """Write the flow of `source` as one that was exported with another guidance and temperature (see `export.flow.export_flow`).
+
+    Parameters
+    ----------
+    factors : mapping of str to float or None
+        What the temperature of some actions is multiplied by; those of `source` without.
 
     Raises
     ------
     InputError
-        The file is no window flow, is not guided or has no temperature (1 leaves no trace in a graph), or a number is out of range.
+        The file is no window flow, is not guided or has no temperature (1 leaves no trace in a graph), a number is out of range, or an action is unknown.
     """
     demand_temperature(temperature)
     proto = onnx.load(os.fspath(source))
@@ -32,32 +52,59 @@ def retune(source: str | os.PathLike[str], target: str | os.PathLike[str], *, gu
         raise InputError(f"{source} is no window flow of a2v")
     if not guidance >= 0 or guidance == 1:
         raise InputError(f"guidance is {guidance}; expected a number from 0 on, not 1: without guidance the graph is another one")
+    own = dict(said.get("temperature_factors", {}) if factors is None else factors)
+    if unknown := sorted(set(own) - set(said["actions"])):
+        raise InputError(f"{source} has no action '{unknown[0]}'; leave it out of the factors")
+    for factor in own.values():
+        demand_temperature(temperature * factor)
     graph = proto.graph
     numbers = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
     makers = {name: node for node in graph.node for name in node.output}
-
-    def scaled(value: float) -> list[tuple[onnx.NodeProto, int]]:
-        """Products with a number, and which of their inputs it is."""
-        return [
-            (node, side) for node in graph.node if node.op_type == "Mul" for side in (0, 1)
-            if (by := numbers.get(node.input[side])) is not None and by.size == 1 and by.reshape(()) == np.float32(value)
-        ]  # fmt: skip
-
+    products = [(node, side) for node in graph.node if node.op_type == "Mul" for side in (0, 1)]
     # free + guidance * (pushed - free) and temperature * noise, as the flow and its graph have them
-    pushed = [at for at in scaled(said["guidance"]) if getattr(makers.get(at[0].input[1 - at[1]]), "op_type", "") == "Sub"]
-    cooled = [at for at in scaled(said["temperature"]) if at[0].input[1 - at[1]] == "noise"]
+    pushed = [
+        (node, side) for node, side in products
+        if (by := numbers.get(node.input[side])) is not None and by.size == 1 and by.reshape(()) == np.float32(said["guidance"])
+        and getattr(makers.get(node.input[1 - side]), "op_type", "") == "Sub"
+    ]  # fmt: skip
+    cooled = [(node, side) for node, side in products if node.input[1 - side] == "noise"]
     if not pushed or not cooled:
         raise InputError(f"{source} has no {'temperature' if pushed else 'guidance'} in its graph; export it with one")
-    for found, name, value in ((pushed, "guidance", guidance), (cooled, "temperature", temperature)):
-        graph.initializer.append(numpy_helper.from_array(np.array(value, np.float32), f"retuned_{name}"))
-        for node, side in found:
-            node.input[side] = f"retuned_{name}"
-    used = {name for node in graph.node for name in node.input}
-    for item in [item for item in graph.initializer if item.name not in used]:
-        graph.initializer.remove(item)
-    entry.value = json.dumps(said | {"guidance": guidance, "temperature": temperature}, sort_keys=True)
+    by_action = np.array([temperature * own.get(name, 1.0) for name in said["actions"]], np.float32)
+    values = {"guidance": np.array(guidance, np.float32), "temperature": by_action if own else np.array(temperature, np.float32)}
+    for (name, value), found in zip(values.items(), (pushed, cooled), strict=True):
+        _replace(graph, numpy_helper.from_array(value, f"retuned_{name}"), found)
+    told = {"guidance": guidance, "temperature": temperature, "temperature_factors": own}
+    entry.value = json.dumps({**said, **told} if own else {name: value for name, value in {**said, **told}.items() if name != "temperature_factors"}, sort_keys=True)
     with atomic_path(target) as temporary:
         onnx.save(proto, os.fspath(temporary))
+
+
+def _replace(graph: onnx.GraphProto, number: onnx.TensorProto, products: Sequence[tuple[onnx.NodeProto, int]]) -> None:
+    """Put a number, or one an action, into products; what is used no more goes."""
+    name = number.name
+    for node in [node for node in graph.node if node.name.startswith(f"{name}_")]:
+        graph.node.remove(node)
+    for item in [item for item in graph.initializer if item.name in (name, f"{name}_axis")]:
+        graph.initializer.remove(item)
+    graph.initializer.append(number)
+    given = name
+    if number.dims:
+        given = f"{name}_column"
+        graph.initializer.append(numpy_helper.from_array(np.array([1], np.int64), f"{name}_axis"))
+        graph.node.insert(0, helper.make_node("Unsqueeze", [f"{name}_own", f"{name}_axis"], [given], name=f"{name}_unsqueeze"))
+        graph.node.insert(0, helper.make_node("Gather", [name, "actions"], [f"{name}_own"], name=f"{name}_gather"))
+    for node, side in products:
+        node.input[side] = given
+    used = {needed for node in graph.node for needed in node.input}
+    for item in [item for item in graph.initializer if item.name not in used]:
+        graph.initializer.remove(item)
+
+
+def read_factors(path: str | os.PathLike[str]) -> dict[str, float]:
+    """The table `action,factor` of a file."""
+    with open(path, newline="", encoding="utf-8") as stream:
+        return {row["action"]: float(row["factor"]) for row in csv.DictReader(stream)}
 
 
 def main() -> None:
@@ -67,8 +114,10 @@ def main() -> None:
     parser.add_argument("target")
     parser.add_argument("--guidance", type=float, required=True)
     parser.add_argument("--temperature", type=float, required=True)
+    parser.add_argument("--actions", help="table of action,factor")
     given = parser.parse_args()
-    retune(given.source, given.target, guidance=given.guidance, temperature=given.temperature)
+    factors = read_factors(given.actions) if given.actions else None
+    retune(given.source, given.target, guidance=given.guidance, temperature=given.temperature, factors=factors)
 
 
 if __name__ == "__main__":

@@ -40,6 +40,7 @@ COMMANDS = {
     "batch": "a table of jobs to videos",
     "motion": "an action to motion files",
     "character": "a photo and several actions to one GLB, USD or web page",
+    "retarget": "a character of your own with actions",
     "reconstruct": "a photo to a rigged, textured 3D character",
     "serve": "a page in the browser: a photo in, a video out",
     "actions": "list what a motion model can do",

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from a2v.animation import EngineSettings, engine_ready
+from a2v.animation.engine import EngineSettings, coarser
 from a2v.errors import InputError
 from a2v.formats.gltf import compress_glb, demand_compression
 from a2v.types import Character
@@ -79,9 +78,3 @@ class EngineOptions:
                 compress_glb(target, self.compress)
             written.append(target)
         return written
-
-
-def coarser(character: Character, triangles: int) -> Character:
-    """A copy of fewer triangles with the same textures: the normal map of the finer one goes on where it has one."""
-    small = engine_ready(character, EngineSettings(triangles=triangles, normal_map=0, texture=4096))
-    return dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=character.surface.normal_map))

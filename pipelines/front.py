@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from a2v.errors import InputError
+from a2v.formats.gltf.vrm import EDITIONS
 from a2v.formats.registry import write_motion
 from a2v.types import Character, Motion
 from pipelines.commands import character as character_command
@@ -115,7 +116,7 @@ class Person:
         root_motion: bool = False,
         author: str = "",
         licence_url: str = "",
-        **engines: str,
+        **others: str,
     ) -> Path:
         """Write the character with clips by name, as ``a2v character --out`` does (``a2v reconstruct`` without clips).
 
@@ -125,18 +126,20 @@ class Person:
             ``.glb``, ``.fbx``, ``.usdz``, ``.vrm`` or ``.html``.
         motions : mapping of MotionClip
             By the names that the clips get in the file.
-        rig, root_motion, author, licence_url, engines : the options of ``a2v character``
-            Of `engines` ``lods="15000,8000"`` and ``compress="meshopt"``; triangles and texture are `make_character`'s.
+        rig, root_motion, author, licence_url, others : the options of ``a2v character``
+            Of `others` ``visemes="vrchat"``, ``vrm="0.x"``, ``lods="15000,8000"`` and ``compress="meshopt"``; triangles and texture are `make_character`'s.
 
         Raises
         ------
         InputError
             No format has such a name, something is asked for that it cannot hold, or the file cannot be written.
         """
-        target, rigging = Path(path), RigOptions(rig=rig, root_motion=root_motion)
-        engine = EngineOptions(**engines)
+        target = Path(path)
+        rigging = RigOptions(rig=rig, root_motion=root_motion, visemes=others.pop("visemes", RigOptions.visemes))
+        edition = others.pop("vrm", EDITIONS[0])
+        engine = EngineOptions(**others)
         engine.check(target)
-        avatar = character_command.avatar_of(target, rigging, author=author, licence_url=licence_url)
+        avatar = character_command.avatar_of(target, rigging, author=author, licence_url=licence_url, edition=edition)
         asked = {name: clip.request for name, clip in (motions or {}).items()}
         if asked:
             animated = character_command.animate(self.request, asked, self.running, deform=None, folder=target.parent)

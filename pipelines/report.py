@@ -16,7 +16,7 @@ from pipelines.engine.executors import cpu_count
 from pipelines.engine.run import Outcome
 
 PACKAGES = (
-    "a2v", "numpy", "scipy", "torch", "onnxruntime", "mediapipe", "opencv-contrib-python", "anny", "open3d-cpu", "pymeshlab", "mitsuba", "drjit",
+    "a2v", "numpy", "scipy", "torch", "onnxruntime", "mediapipe", "opencv-contrib-python", "anny", "open3d-cpu", "open3d", "pymeshlab", "mitsuba", "drjit",
     "mitsuba-oidn", "av", "pipefunc", "joblib",
 )  # fmt: skip
 """Packages whose versions a result depends on."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from a2v.animation import RIGS, prepare_rig, skin_of
 from a2v.animation.rig_spec import OWN_RIG
+from a2v.animation.visemes import NAMINGS
 from a2v.errors import InputError
 from a2v.formats import write_glb, write_rig_bvh
 from a2v.formats.characters import Strengths
@@ -21,6 +22,7 @@ from pipelines.options import flag, option
 
 RIG = f"bones of the files for other tools: {', '.join(RIGS)}"
 ROOT_MOTION = "a root on the ground carries travel and heading, the hips the rest"
+VISEMES = "15 shapes of speech beside the face's 52, by these names: oculus or vrchat; rig: those of the rig (talkinghead has Oculus')"
 """What the options of the same names say."""
 
 
@@ -30,11 +32,12 @@ class RigOptions:
 
     rig: str = option(RIG, default=OWN_RIG, choices=RIGS, metavar="RIG")
     root_motion: bool = flag(ROOT_MOTION, rare=True)
+    visemes: str = option(VISEMES, default="rig", choices=("rig", *NAMINGS), metavar="WHOSE", rare=True)
 
     @property
     def plain(self) -> bool:
         """Whether the exports are those of the body's own rig as it moves."""
-        return self.rig == OWN_RIG and not self.root_motion
+        return self.rig == OWN_RIG and not self.root_motion and self.visemes == "rig"
 
     def prepare(
         self, character: Character, clips: Mapping[str, tuple[FloatArray, float]]
@@ -42,7 +45,8 @@ class RigOptions:
         """See `a2v.animation.prepare_rig`; what is plain stays as it is."""
         if self.plain:
             return character, dict(clips)
-        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion)
+        visemes = "" if self.visemes == "rig" else self.visemes
+        return prepare_rig(character, clips, rig=self.rig, root_motion=self.root_motion, visemes=visemes)
 
 
 def write_rigged(

@@ -42,6 +42,13 @@ REFUSED = {
         "--action Walk --path none.csv --out w.npz",
     ),
     "reconstruct": ("--photo none.jpg --out r.glb", "--photo text --out r.glb", "--photo text --out r.stl"),
+    "retarget": (
+        "--character none.glb --action Walk --out w.glb",
+        "--character text --action Walk --out w.glb",
+        "--character none.fbx --action Walk --out w.fbx",
+        "--character none.glb --out w.glb",
+        "--character none.vrm --action Walk --out w.glb",
+    ),
     "serve": ("--port 70000", "--workers 0", "--folder text"),
     "studio": ("--data text --out views --training 1",),
     "survey": ("", "--model nothing --out s.html", "--analyse text --key none.json --out r.md"),

@@ -43,7 +43,7 @@ def test_futures_of_a_file(start, tmp_path, suffix):
 
 def test_rows_between_two_motions(tmp_path):
     motion("--action", "Jump", "--interpolate", 4, "--seed", 2, "--to_seed", 9, "--frames", 10, "--fps", 12, "--out", tmp_path / "i.npz")
-    made, model = Motion.load(tmp_path / "i.npz"), MotionModel.load("cmu")
+    made, model = Motion.load(tmp_path / "i.npz"), MotionModel.load("cmu-fine")
     for row, seed in ((0, 2), (3, 9)):
         alone = on_feet(model.sample("Jump", frames=10, seed=seed), model)
         assert np.allclose(made.joints[row], alone.joints, atol=1e-5)
@@ -57,7 +57,7 @@ def test_one_clip_of_every_action_that_matches(tmp_path):
 
 
 def test_bodies(tmp_path, start):
-    model = MotionModel.load("cmu")
+    model = MotionModel.load("cmu-fine")
     motion("--action", "Walk", "--frames", 5, "--bone_scale", "legs=1.5", "--out", tmp_path / "legs.npz")
     tall = Motion.load(tmp_path / "legs.npz")
     assert np.allclose(
@@ -112,7 +112,8 @@ def test_native_joints_go_into_npz_only(tmp_path, capsys):
     motion("--action", "Walk,Jump", "--native", "--frames", 30, "--out", tmp_path / "x.npz")
     content = read_npz(tmp_path / "x.npz")
     assert content["joints"].shape == (30, 20, 3)
-    assert content["labels"].tolist() == [0] * 15 + [3] * 15
+    walk, jump = (MotionModel.load("cmu-fine").card.actions.index(name) for name in ("Walk", "Jump"))
+    assert content["labels"].tolist() == [walk] * 15 + [jump] * 15
     assert np.abs(content["joints"][0, 0]).max() < 1e-6
 
 

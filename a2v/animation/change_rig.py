@@ -80,6 +80,9 @@ class RigChange:
             else:
                 offset = at_rest[bone, :3, 3] - at_rest[parent + first, :3, 3]
                 made[:, bone, :3, 3] = made[:, parent + first, :3, 3] + turns[:, parent] @ offset
+        for bone in range(first + len(self.spec.bones), len(body.bone_names)):
+            above = int(body.bone_parents[bone])
+            made[:, bone] = made[:, above] @ (np.linalg.inv(at_rest[above]) @ at_rest[bone])
         return made
 
     def clips(self, clips: Mapping[str, tuple[FloatArray, float]]) -> dict[str, tuple[FloatArray, float]]:
@@ -155,12 +158,16 @@ def _rig_body(body: Body, spec: RigSpec, rest: FloatArray, drivers: IntArray, ow
     heads, tails = heads_of(body, spec, drivers, rest), tails_of(body, spec, drivers, rest)
     transforms = np.tile(np.eye(4), (len(spec.names), 1, 1))
     first = int(bool(spec.root))
-    transforms[first:, :3, :3] = bone_axes(spec, tails - heads)
-    transforms[first:, :3, 3] = heads
+    last = first + len(spec.bones)
+    transforms[first:last, :3, :3] = bone_axes(spec, tails - heads)
+    transforms[first:last, :3, 3] = heads
     places = {name: place for place, name in enumerate(spec.names)}
     weights = np.zeros((len(body.vertices), len(spec.names)))
     np.add.at(weights.T, owner + first, body.weights.astype(np.float64).T)
-    parents = np.array([*([-1] if first else []), *(places.get(bone.parent, -1) for bone in spec.bones)])
+    parents = np.array([*([-1] if first else []), *(places.get(bone.parent, -1) for bone in spec.bones), *(places[end.parent] for end in spec.ends)])
+    above = parents[last:]
+    transforms[last:, :3, :3], transforms[last:, :3, 3] = transforms[above, :3, :3], tails[above - first]
+    tails = np.concatenate([tails, tails[above - first] + 0.2 * (tails - heads)[above - first]])
     moved = rest @ np.linalg.inv(body.bone_transforms.astype(np.float64))
     blended = np.einsum("vb,bac->vac", body.weights.astype(np.float64), moved)
     vertices = np.einsum("vac,vc->va", blended[:, :3, :3], body.vertices.astype(np.float64)) + blended[:, :3, 3]

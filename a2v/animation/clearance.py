@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,9 +10,10 @@ import numpy as np
 from a2v.animation.curves import bridged
 from a2v.animation.hands import turn_bones
 from a2v.animation.rig import SIDES, Rig, place
+from a2v.animation.smooth_turns import smooth_turns
+from a2v.geometry.steps import smoothstep
 from a2v.geometry.vectors import unit
 from a2v.kinematics import rotvec_to_rotmat
-from a2v.kinematics.ground import smoothed
 from a2v.kinematics.skeleton import subtree
 from a2v.types import FloatArray, IntArray
 
@@ -26,13 +26,24 @@ _REACH = 0.16
 """Deeper than this, metres, the nearest skin does not say which way out is."""
 _SURE = 0.08
 """Towards this depth, metres, the nearest skin may be that of the other side of the trunk: where the arm went in says more."""
-_ROUNDS = 6
-"""Rounds of finding and smoothing."""
-_STEPS = 6
-"""Rounds of single points within one round."""
-_MOST = 0.45
-"""Radians that an arm is turned at most: what would need more is a pose that nobody takes, and is left."""
-_SMOOTH_SECONDS = 0.07
+_ASIDE = 1.5
+"""How much outwards to the arm's own side counts beside where it went in: one that goes in at the front and comes out at the back passes the side."""
+_ROUNDS = 10
+"""Rounds of finding where arms are within and of turning them, at most."""
+_POINTS = 10
+"""Points of an arm that count in a frame: the deepest ones."""
+_MARGIN = 0.02
+"""Points that are this near, metres, count too: what turns an arm out of one place must not bring it into another."""
+_MOST = 1.2
+"""Radians that an upper arm is turned at most: what would need more is a pose that nobody takes, and is left."""
+_MOST_BENT = 0.5
+"""Radians by which an elbow is bent more or less, at most."""
+_BENDS = (0.2, 0.6)
+"""Radians of an elbow's bend from which the plane that it bends in is known, and is known well."""
+_FOLDED = 2.4
+"""Radians to which an elbow may be bent."""
+_NOTHING = 4e-3
+"""Radians: less than this is no turn."""
 _UPPER = 0.5
 """Share of the upper arm, from the shoulder, that may lie on the trunk: armpits do."""
 
@@ -59,11 +70,14 @@ class _Trunk:
 
 @dataclass(frozen=True)
 class _Arm:
-    """An arm's bones from the shoulder's on, and the points of its skin, as `Rig.skin` has them, that are to keep out."""
+    """An arm's bones from the shoulder's and from the elbow's on, and the points of its skin, as `Rig.skin` has them, that are to keep out."""
 
     left: bool
     shoulder: int
+    elbow: int
+    wrist: int
     bones: list[int]
+    fore: list[int]
     skin: tuple[IntArray, FloatArray]
 
     @classmethod
@@ -75,14 +89,15 @@ class _Arm:
         along = rig.heads[elbow] - rig.heads[shoulder]
         share = (rest - rig.heads[shoulder]) @ along / max(float(along @ along), 1e-9)
         own = np.flatnonzero(np.isin(owner, bones) & (share > _UPPER))
-        return cls(side == "left", shoulder, bones, (owner[own], local[own]))
+        fore = subtree(rig.parents, elbow)
+        return cls(side == "left", shoulder, elbow, rig.bones[f"{side}_wrist"], bones, fore, (owner[own], local[own]))
 
 
 def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
-    """Turn arms about their shoulders, smoothly and no farther than needed, until they no longer lie within the trunk, the head or the thighs.
+    """Turn arms about their shoulders and bend their elbows, smoothly and no farther than needed, until they no longer lie within the trunk, the head or the thighs.
 
-    Where an arm's skin is behind the tangent plane of the nearest skin of the trunk, the smallest rotation that brings it before
-    that plane is looked for, point after point (projections onto half-spaces); what was found is smoothed over time and looked at again.
+    Where an arm's skin is behind the tangent plane of the nearest skin of the trunk, it has to come before that plane. All frames are solved for
+    together (`smooth_turns`): the smallest and smoothest turns that do so; then it is looked at again.
 
     Parameters
     ----------
@@ -99,18 +114,27 @@ def clear_arms(transforms: FloatArray, rig: Rig, fps: float) -> FloatArray:
     out, trunk = transforms, _Trunk.of(transforms, rig)
     for side in SIDES:
         arm = _Arm.of(rig, side)
-        if not trunk.points.shape[1] or not len(arm.skin[0]):
-            continue
-        turned = np.zeros((len(out), 3))
-        for _ in range(_ROUNDS):
-            turn = _turn_out(out, rig, trunk, arm)
-            if not turn.any():
-                break
-            wanted = turned + _widened(turn, _SMOOTH_SECONDS * fps)
-            wanted *= _MOST / np.maximum(np.linalg.norm(wanted, axis=-1, keepdims=True), _MOST)
-            out = out.copy() if out is transforms else out
-            turn_bones(out, arm.bones, rotvec_to_rotmat(smoothed(wanted - turned, _SMOOTH_SECONDS / 2 * fps)))
-            turned = wanted
+        if trunk.points.shape[1] and len(arm.skin[0]):
+            out = _cleared(out, rig, trunk, arm, fps)
+    return out
+
+
+def _cleared(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm, fps: float) -> FloatArray:
+    """The clip with one arm out of the trunk."""
+    chest = (rig.chains["spine"] or [rig.bones["pelvis"]])[-1]
+    axes = transforms[:, chest, :3, :3] @ rig.rest[chest].T
+    out, turned = transforms, np.zeros((len(transforms), 4))
+    ways: FloatArray | None = None
+    for _ in range(_ROUNDS):
+        skin = place(arm.skin, out)
+        depth, normal = (np.stack(part) for part in zip(*(_depths(trunk, t, points) for t, points in enumerate(skin)), strict=True))
+        if depth.max() <= _FLESH:
+            break
+        if ways is None:
+            ways = _ways_out(depth, normal, axes, 1.0 if arm.left else -1.0)
+        planes = _half_spaces(out, arm, axes, skin, (depth, normal), ways)
+        turned = _limited(smooth_turns(*planes, turned, fps), _bend_of(transforms, arm)[0])
+        out = _turned(transforms, arm, axes, turned)
     return out
 
 
@@ -140,49 +164,59 @@ def _depths(trunk: _Trunk, t: int, skin: FloatArray) -> tuple[FloatArray, FloatA
     return depth, out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
 
 
-def _turn_out(transforms: FloatArray, rig: Rig, trunk: _Trunk, arm: _Arm) -> FloatArray:
-    """Rotation vectors (T, 3) about the shoulder that bring the arm out, frame by frame."""
-    skin = place(arm.skin, transforms)
-    found = [_depths(trunk, t, points) for t, points in enumerate(skin)]
-    chest = (rig.chains["spine"] or [rig.bones["pelvis"]])[-1]
-    ways = _ways_out(found, transforms[:, chest, :3, :3] @ rig.rest[chest].T, 1.0 if arm.left else -1.0)
-    turns = np.zeros((len(transforms), 3))
-    for t, (depth, out) in enumerate(found):
-        if depth.max() <= _FLESH:
-            continue
-        deep = depth > 0
-        sure = np.clip(1 - depth[deep] / _SURE, 0, 1)[:, None]
-        out = unit(sure * out[deep] + (1 - sure) * ways[t])
-        lever = np.cross(skin[t][deep] - transforms[t, arm.shoulder, :3, 3], out)
-        missing = depth[deep] - _FLESH / 2
-        for _ in range(_STEPS):  # Kaczmarz: the farthest half-space first
-            left = missing - lever @ turns[t]
-            worst = int(left.argmax())
-            if left[worst] <= 0:
-                break
-            turns[t] += left[worst] / max(float(lever[worst] @ lever[worst]), 1e-4) * lever[worst]
-    return turns
+def _half_spaces(
+    out: FloatArray, arm: _Arm, axes: FloatArray, skin: FloatArray, found: tuple[FloatArray, FloatArray], ways: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """How far the deepest points of an arm move outwards by its turns (T, M, 4), metres a radian, and how far they have to (T, M), metres."""
+    depth, normal = found
+    deepest = np.argpartition(-depth, min(_POINTS, depth.shape[1] - 1), axis=1)[:, :_POINTS]
+    rows = np.arange(len(out))[:, None]
+    points, deep, away = skin[rows, deepest], depth[rows, deepest], normal[rows, deepest]
+    sure = np.clip(1 - deep / _SURE, 0, 1)[..., None]
+    away = unit(sure * away + (1 - sure) * ways[:, None])
+    shoulder, elbow = (out[:, None, bone, :3, 3] for bone in (arm.shoulder, arm.elbow))
+    turns = np.cross(points - shoulder, away) @ axes
+    bend, hinge = _bend_of(out, arm)
+    known = smoothstep(bend, *_BENDS)[:, None] * np.isin(arm.skin[0][deepest], arm.fore)
+    bends = known * np.einsum("tmk,tk->tm", np.cross(points - elbow, away), hinge)
+    near = deep > -_MARGIN
+    slopes = np.where(near[..., None], np.concatenate([turns, bends[..., None]], axis=-1), 0.0)
+    return slopes, np.where(near, deep - _FLESH / 2, -1.0)
 
 
-def _ways_out(found: Sequence[tuple[FloatArray, FloatArray]], chest: FloatArray, aside: float) -> FloatArray:
-    """Unit vectors (T, 3) along which a deep arm leaves the trunk: there where it went in, or comes out again, in the axes of the `chest`."""
-    ways = np.full((len(found), 3), np.nan)
-    for t, (depth, out) in enumerate(found):
-        deepest = int(depth.argmax())
-        if -_SURE / 2 < depth[deepest] < _SURE / 2:
-            ways[t] = chest[t].T @ out[deepest]
-    if not np.isfinite(ways[:, 0]).any():
-        ways[:] = [aside, 0.0, 0.0]
-    world: FloatArray = unit(np.einsum("tab,tb->ta", chest, bridged(ways)))
+def _bend_of(transforms: FloatArray, arm: _Arm) -> tuple[FloatArray, FloatArray]:
+    """How much the elbow is bent (T,), radians, and the unit axis (T, 3) about which it bends more."""
+    shoulder, elbow, wrist = (transforms[:, bone, :3, 3] for bone in (arm.shoulder, arm.elbow, arm.wrist))
+    upper, fore = unit(elbow - shoulder), unit(wrist - elbow)
+    across = np.cross(upper, fore)
+    bend: FloatArray = np.arctan2(np.linalg.norm(across, axis=-1), (upper * fore).sum(-1))
+    return bend, unit(across)
+
+
+def _limited(turned: FloatArray, bend: FloatArray) -> FloatArray:
+    """Turns (T, 4) within what an arm can do; what is nothing to see is nothing."""
+    size = np.linalg.norm(turned[:, :3], axis=-1, keepdims=True)
+    turns = turned[:, :3] * np.minimum(_MOST / np.maximum(size, 1e-9), 1) * np.maximum(1 - _NOTHING / np.maximum(size, 1e-9), 0)
+    bends = np.clip(turned[:, 3], -np.clip(bend - _BENDS[0], 0, _MOST_BENT), np.clip(_FOLDED - bend, 0, _MOST_BENT))
+    bends = np.sign(bends) * np.maximum(np.abs(bends) - _NOTHING, 0)
+    return np.concatenate([turns, bends[:, None]], axis=1)
+
+
+def _turned(transforms: FloatArray, arm: _Arm, axes: FloatArray, turned: FloatArray) -> FloatArray:
+    """The clip with the arm turned by `turned` (T, 4): a rotation vector in the axes of the chest, and how much more the elbow is bent."""
+    out = transforms.copy()
+    _, hinge = _bend_of(out, arm)
+    turn_bones(out, arm.fore, rotvec_to_rotmat(turned[:, 3:] * hinge))
+    turn_bones(out, arm.bones, rotvec_to_rotmat(np.einsum("tab,tb->ta", axes, turned[:, :3])))
+    return out
+
+
+def _ways_out(depth: FloatArray, normal: FloatArray, axes: FloatArray, aside: float) -> FloatArray:
+    """Unit vectors (T, 3) along which a deep arm leaves the trunk: there where it went in, or comes out again, in the `axes` of the chest."""
+    deepest = depth.argmax(axis=1)
+    rows = np.arange(len(depth))
+    most = depth[rows, deepest]
+    shallow = (most > -_SURE / 2) & (most < _SURE / 2)
+    ways = np.where(shallow[:, None], np.einsum("tab,ta->tb", axes, normal[rows, deepest]), np.nan)
+    world: FloatArray = unit(np.einsum("tab,tb->ta", axes, bridged(ways) + np.array([_ASIDE * aside, 0.0, 0.0])))
     return world
-
-
-def _widened(turns: FloatArray, width: float) -> FloatArray:
-    """Rotation vectors (T, 3) smoothed over time, so that the turn is there before the arm would be within."""
-    from scipy.ndimage import maximum_filter1d
-
-    size = np.linalg.norm(turns, axis=-1)
-    smooth = smoothed(turns, width)
-    now = np.linalg.norm(smooth, axis=-1, keepdims=True)
-    wanted = smoothed(maximum_filter1d(size, 2 * max(1, round(width)) + 1)[:, None], width)
-    return np.asarray(smooth * np.minimum(wanted / np.maximum(now, 1e-9), 3.0))

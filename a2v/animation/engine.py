@@ -115,6 +115,12 @@ def _of_bone(name: str) -> float:
     return HEAD if stem.startswith(("head", "jaw", "eye")) else HANDS if stem.startswith(("finger", "metacarpal", "wrist", "hand")) else 1.0
 
 
+def coarser(character: Character, triangles: int, texture: int = 4096) -> Character:
+    """A copy of at most so many triangles with the same pictures, at most `texture` texels a side: the normal map of the finer one goes on."""
+    small = engine_ready(character, EngineSettings(triangles=triangles, normal_map=0, texture=texture))
+    return dataclasses.replace(small, surface=dataclasses.replace(small.surface, normal_map=character.surface.normal_map))
+
+
 def _with_texture(surface: Surface, size: int) -> Surface:
     """A surface whose texture has at most `size` texels a side."""
     import cv2

@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,8 @@ _TABLES = {
     "unreal": "rigs/unreal.json",
     "unity": "rigs/unity.json",
     "rigify": "rigs/rigify.json",
+    "talkinghead": "rigs/talkinghead.json",
+    "godot": "rigs/godot.json",
 }
 
 OWN_RIG = "anny"
@@ -65,6 +68,21 @@ class RigBone:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RigEnd:
+    """A bone without skin at the other end of a bone, with its axes.
+
+    Attributes
+    ----------
+    name : str
+    parent : str
+        A bone of the rig that has no other children.
+    """
+
+    name: str
+    parent: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class RigSpec:
     """A rig that an animators' tool knows.
 
@@ -84,6 +102,14 @@ class RigSpec:
         Name of the bone on the ground above the hips; empty for none.
     bones : tuple of RigBone
         Parents first, without the root.
+    ends : tuple of RigEnd
+        They stand behind all other bones.
+    visemes : str
+        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets beside ARKit's.
+    triangles : int
+        Of the mesh, at most; 0 for what the character has.
+    texture : int
+        Width and height of the texture, texels, at most, where `triangles` are given.
     """
 
     name: str
@@ -94,11 +120,15 @@ class RigSpec:
     mirrored: bool
     root: str
     bones: tuple[RigBone, ...]
+    ends: tuple[RigEnd, ...] = ()
+    visemes: str = ""
+    triangles: int = 0
+    texture: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all bones, the root first."""
-        return (*([self.root] if self.root else []), *(bone.name for bone in self.bones))
+        """Names of all bones, the root first, the ends last."""
+        return (*([self.root] if self.root else []), *(bone.name for bone in self.bones), *(end.name for end in self.ends))
 
 
 @cache
@@ -112,7 +142,7 @@ def load_rig(name: str) -> RigSpec:
     """
     if name not in _TABLES:
         raise InputError(f"unknown rig '{name}'; choose from {', '.join(RIGS)}")
-    table = json.loads((Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8"))
+    table = _read_table(name)
     bones = tuple(
         RigBone(
             name=row["name"],
@@ -125,7 +155,26 @@ def load_rig(name: str) -> RigSpec:
         )
         for row in table.pop("bones")
     )
-    return RigSpec(name=name, bones=bones, **table)
+    ends = tuple(RigEnd(name=end, parent=parent) for end, parent in table.pop("ends", {}).items())
+    return RigSpec(name=name, bones=bones, ends=ends, **table)
+
+
+def _read_table(name: str) -> dict[str, Any]:
+    """The JSON of a rig. One that is ``like`` another has its bones under names without a ``prefix``, with ``capitals``, and ``more``."""
+    table: dict[str, Any] = json.loads((Path(__file__).parent / _TABLES[name]).read_text(encoding="utf-8"))
+    if "like" not in table:
+        return table
+    base = _read_table(table.pop("like"))
+    prefix, capitals = table.pop("prefix", ""), table.pop("capitals", False)
+
+    def named(text: str) -> str:
+        stem = text.removeprefix(prefix)
+        return stem[:1].upper() + stem[1:] if capitals else stem
+
+    rows = [{key: named(value) if key in ("name", "parent", "tail") else value for key, value in row.items()} for row in base["bones"]]
+    root = named(base["root"])
+    ends = {named(end): named(parent) for end, parent in base.get("ends", {}).items()}
+    return base | {"bones": [*rows, *table.pop("more", [])], "ends": ends, "root": root} | table
 
 
 def world_direction(words: str) -> FloatArray:

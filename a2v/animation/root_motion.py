@@ -8,7 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from a2v.animation.change_rig import change_rig
+from a2v.animation.engine import coarser
 from a2v.animation.rig_spec import OWN_RIG, load_rig
+from a2v.animation.visemes import add_visemes
 from a2v.kinematics.ground import GroundPath, path_of
 from a2v.types import Body, Character, FloatArray
 
@@ -63,6 +65,7 @@ def prepare_rig(
     *,
     rig: str = OWN_RIG,
     root_motion: bool = False,
+    visemes: str = "",
 ) -> tuple[Character, dict[str, tuple[FloatArray, float]]]:
     """A character and its clips as another tool wants them, ready for `a2v.formats`.
 
@@ -74,11 +77,13 @@ def prepare_rig(
         One of `a2v.animation.rig_spec.RIGS`.
     root_motion : bool
         The root carries the travel and the heading, without the sway of steps; the hips the rest. A rig without a root gets one.
+    visemes : str
+        Of `a2v.animation.visemes.NAMINGS`: shapes that the face gets besides; the rig's own where empty.
 
     Raises
     ------
     InputError
-        Unknown rig, or a body of other bones than the rig is made of.
+        Unknown rig or visemes, or a body of other bones than the rig is made of.
     """
     paths = (
         {name: ground_path_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()}
@@ -88,8 +93,14 @@ def prepare_rig(
     made = {name: (np.asarray(moves, dtype=np.float64), fps) for name, (moves, fps) in clips.items()}
     rooted = False
     if rig != OWN_RIG:
-        change = change_rig(character, load_rig(rig))
-        character, made, rooted = change.character, change.clips(made), bool(change.spec.root)
+        spec = load_rig(rig)
+        if spec.triangles:
+            character = coarser(character, spec.triangles, spec.texture)
+        change = change_rig(character, spec)
+        character, made, rooted = change.character, change.clips(made), bool(spec.root)
+        visemes = visemes or spec.visemes
+    if visemes:
+        character = add_visemes(character, visemes)
     if root_motion:
         if not rooted:
             character = add_root(character)

@@ -39,7 +39,7 @@ class DenseEvidence:
 
 
 def gather_dense(
-    found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int, standing: bool = False
+    found: BodyMap, keypoints: FloatArray, *, height: float, count: int, seed: int, standing: bool = False, unseen: IntArray | None = None
 ) -> DenseEvidence | None:
     """`count` pixels of a body map, evenly drawn; None where it sees nobody.
 
@@ -53,6 +53,8 @@ def gather_dense(
     count, seed : int
     standing : bool
         The person stands upright on straight legs: the fit knows depths better without a map than with it, and they count for nothing.
+    unseen : (n,) int, optional
+        Landmarks whose depths somebody knows better: those of the pixels around them count for nothing.
     """
     from scipy.spatial import cKDTree
 
@@ -65,6 +67,9 @@ def gather_dense(
     gap = np.linalg.norm(keypoints[:, :2] - found.landmarks[:, :2], axis=1) / (_ELSEWHERE * height)
     _, beside = cKDTree(found.landmarks).query(np.concatenate([pixels, depths[:, None]], axis=1))
     agreed = np.where(keypoints[:, 2] > 0.1, 1 / (1 + gap**2), 1.0)[beside]
+    deep = np.full(len(rows), float(not standing))
+    if unseen is not None:
+        deep[np.isin(beside, unseen)] = 0.0
     canonical = canonical_places()
     _, nearest = cKDTree(canonical.places).query(found.places[rows, columns])
     return DenseEvidence(
@@ -72,5 +77,5 @@ def gather_dense(
         pixels=pixels,
         depths=depths,
         weights=agreed / (1 + (found.place_scales[rows, columns].astype(np.float64) / _PLACE) ** 2),
-        depth_weights=(not standing) * agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
+        depth_weights=deep * agreed / (1 + (found.depth_scales[rows, columns, 0].astype(np.float64) / (_DEPTH * height)) ** 2),
     )

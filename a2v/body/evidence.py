@@ -13,7 +13,7 @@ from a2v.body.silhouette import MaskField, mask_field
 from a2v.body.view import LEVEL, View, believed_view
 from a2v.errors import InputError
 from a2v.kinematics import best_scale
-from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX, LIMBS_BY_HEIGHT
+from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX, LIMB_BONES, LIMBS_BY_HEIGHT
 from a2v.kinematics.stance import leg_stance
 from a2v.kinematics.stature import TYPICAL_HEIGHT
 from a2v.types import BoolArray, FloatArray, IntArray, Subject
@@ -40,6 +40,58 @@ _SEGMENTS = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"),
     ("left_ear", "nose"), ("right_ear", "nose"),
 ]  # fmt: skip
+_SIDE_BONES = np.array([[LANDMARK_INDEX[name] for name in names[:2]] for names in LIMB_BONES.values()])
+"""Landmarks (8, 2) at the ends of the limbs' bones."""
+_NAMES = {tuple(ends): name for ends, name in zip(_SIDE_BONES.tolist(), LIMB_BONES, strict=True)}
+"""Names of these bones by the landmarks at their ends."""
+_SIDE_SHARE = 0.5
+"""A bone whose side the user has said keeps at least this part of the depth that it is believed to have."""
+_SIDE_LEAST = 0.02
+"""And at least this, relative to the height."""
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What the user has said: it holds whatever else the photo shows.
+
+    Attributes
+    ----------
+    landmarks : (n,) int
+        Landmarks that lie where `Evidence.pixels` has them.
+    bones : (m, 2) int
+        Landmarks at the near and the far end of limbs whose side is known.
+    signs : (m,)
+        1: the far end lies in front, -1: behind.
+    depths : (m,)
+        By how much at least, relative to the person's height.
+    """
+
+    landmarks: IntArray
+    bones: IntArray
+    signs: FloatArray
+    depths: FloatArray
+
+    @classmethod
+    def of(cls, subject: Subject, evidence: Evidence) -> Told | None:
+        """What is said of a subject; None where nothing is."""
+        if subject.given is None and subject.sides is None:
+            return None
+        given = np.flatnonzero(subject.given) if subject.given is not None else np.zeros(0, np.int64)
+        signs = subject.sides.astype(np.float64) if subject.sides is not None else np.zeros(len(_SIDE_BONES))
+        own = signs != 0
+        bones, signs = _SIDE_BONES[own], signs[own]
+        depths = np.zeros(len(bones))
+        if evidence.points is not None:
+            between = evidence.points[bones[:, 1], 2] - evidence.points[bones[:, 0], 2]
+            depths = np.nan_to_num(np.abs(between)) * evidence.points_scale / evidence.height
+        return cls(given, bones, signs, np.maximum(_SIDE_SHARE * depths, _SIDE_LEAST))
+
+    @property
+    def unseen_depths(self) -> IntArray:
+        """Landmarks of whose depth a body map has said something else."""
+        turned = {_NAMES[tuple(bone)] for bone in self.bones.tolist()}
+        hanging = {LANDMARK_INDEX[name] for bone in turned for name in LIMB_BONES[bone][1:]}
+        return np.array(sorted(hanging | set(self.landmarks.tolist())), np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +124,8 @@ class Evidence:
         Errors in depth that the body map expects of its landmarks, relative to the height.
     view : View
         Where the camera is believed to be.
+    told : Told or None
+        What the user has said.
     """
 
     pixels: FloatArray
@@ -89,6 +143,7 @@ class Evidence:
     dense: DenseEvidence | None = None
     depth_scales: FloatArray | None = None
     view: View = LEVEL
+    told: Told | None = None
 
     @property
     def has_depth(self) -> bool:
@@ -188,7 +243,7 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
     field = mask_field(subject.mask, known, size=settings.silhouette_size) if settings.silhouette_weight > 0 else None
     evidence = Evidence.build(pixels=pixels, confidence=confidence, points=subject.keypoints_3d.astype(np.float64), mask=field)
     view = believed_view(subject, _box(subject, field), height=evidence.height, tall=settings.height, distance=settings.distance)
-    evidence = dataclasses.replace(evidence, view=view)
+    evidence = dataclasses.replace(evidence, view=view, told=Told.of(subject, evidence))
     if subject.bodymap is None:
         return evidence
     evidence = dataclasses.replace(evidence, depth_scales=subject.bodymap.landmark_scales[:, 1].astype(np.float64) / evidence.height)
@@ -201,6 +256,7 @@ def gather_evidence(subject: Subject, settings: FitSettings) -> Evidence:
         count=settings.dense_pixels,
         seed=settings.seed,
         standing=all(evidence.standing),
+        unseen=None if evidence.told is None else evidence.told.unseen_depths,
     )
     return dataclasses.replace(evidence, dense=dense)
 

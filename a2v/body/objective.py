@@ -165,6 +165,7 @@ class Objective:
         square = (unknowns.project(landmarks) - self._pixels).square().sum(-1) / e.height**2
         robust = 10.0 if stage == "camera" else s.keypoint_robust  # at first everything pulls
         weight = 1.0 if self.surface is None else s.joints_weight
+        seen = square
         terms = {"keypoints": weight * term.robust_sum(square, weights=self._weights, scale=robust) / s.keypoint_sigma**2}
         if stage == "silhouette":
             terms["strays"] = term.strays(square, weights=self._weights)
@@ -173,6 +174,11 @@ class Objective:
         square = (along - self._depth).square() / e.height**2
         weight = s.depth_weight * (1.0 if self.surface is None else 0.1)  # a surface knows better than the detector
         terms["depth"] = weight * term.robust_sum(square, weights=self._depth_weights, scale=3.0 * s.depth_sigma) / s.depth_sigma**2
+        if e.told is not None and stage != "camera":
+            near, far = e.told.bones[:, 0], e.told.bones[:, 1]
+            along = (landmarks[..., far, 2] - landmarks[..., near, 2]) * scale / e.height
+            terms["told"] = term.where_told(seen[..., e.told.landmarks])
+            terms["sides"] = term.sides_as_told(along, signs=_tensor(e.told.signs), depths=_tensor(e.told.depths))
         return terms
 
     def _dense(self, unknowns: Unknowns, vertices: Tensor, scale: Tensor) -> dict[str, Tensor]:

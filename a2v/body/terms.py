@@ -52,6 +52,17 @@ def strays(square: Tensor, *, weights: Tensor) -> Tensor:
     return robust_sum(over.square(), weights=weights.sqrt(), scale=0.03) / 0.003**2
 
 
+def where_told(square: Tensor) -> Tensor:
+    """Landmarks that the user has placed lie there, within 0.2 % of the height; `square` (..., n) as of `strays`."""
+    return square.sum(-1) / 0.002**2
+
+
+def sides_as_told(along: Tensor, *, signs: Tensor, depths: Tensor) -> Tensor:
+    """Bones whose side the user has said: their depths `along` (..., m), far end less near end, have the sign, and reach `depths` (m,) within
+    1 % of the height; all relative to the height."""
+    return ((depths - signs * along).clamp_min(0.0) / 0.01).square().sum(-1)
+
+
 def everyday_pose(angles: Tensor, *, natural: Tensor, spread: Tensor) -> Tensor:
     """Gaussian around everyday standing poses (..., D), for a photo alone."""
     return ((angles - natural) / spread).square().sum(-1)

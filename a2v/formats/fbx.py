@@ -19,6 +19,7 @@ from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten
 from a2v.npm import NpmPackages, find_node
+from a2v.system import link_folder
 from a2v.types import Character
 
 WRITER = Path(__file__).with_name("fbx_writer.mjs")
@@ -69,7 +70,7 @@ def write_fbx(
     with tempfile.TemporaryDirectory() as folder:
         write_glb(Path(folder) / "character.glb", _plain(character), clips, expressions=expressions)
         shutil.copy(WRITER, folder)  # imports are looked for beside the script
-        (Path(folder) / "node_modules").symlink_to(modules.resolve(), target_is_directory=True)
+        link_folder(Path(folder) / "node_modules", modules.resolve())
         with atomic_path(path) as temporary:
             _run([node, str(Path(folder) / WRITER.name), str(Path(folder) / "character.glb"), str(temporary), f"{fps:g}"])
 

@@ -60,6 +60,18 @@ LIMBS_BY_HEIGHT: dict[tuple[str, str], float] = {
 }  # fmt: skip
 """Lengths of the limbs by the standing height: Anny's default adult to a hundredth (tests/body/test_terms.py compares)."""
 
+LIMB_BONES: dict[str, tuple[str, ...]] = {
+    f"{side}_{bone}": tuple(f"{side}_{joint}" for joint in joints)
+    for side in ("left", "right")
+    for bone, joints in {
+        "upper_arm": ("shoulder", "elbow", "wrist", "pinky", "index", "thumb"),
+        "lower_arm": ("elbow", "wrist", "pinky", "index", "thumb"),
+        "upper_leg": ("hip", "knee", "ankle", "heel", "foot_index"),
+        "lower_leg": ("knee", "ankle", "heel", "foot_index"),
+    }.items()
+}
+"""Bones of the limbs: the landmarks at the near and the far end, and those that hang on it."""
+
 REQUIRED: tuple[str, ...] = (
     "pelvis", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle",
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",

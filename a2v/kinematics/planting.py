@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
+from a2v.kinematics.even_paths import evened
 from a2v.kinematics.limbs import REACH, bend_to, legs_of
 from a2v.kinematics.skeleton import Skeleton
 from a2v.types import BoolArray, FloatArray, IntArray
@@ -40,6 +41,8 @@ class PlantSettings:
         Seconds (standard deviation) over which that is smoothed.
     ease : float
         Seconds (standard deviation) over which a correction of a foot begins and ends.
+    even : float
+        Seconds of `evened`, by which the paths of planted feet lose the kinks that corrections leave.
     clearance, rise : float
         Metres of air under a foot that swings, and seconds in which it gets there.
     reach : float
@@ -58,6 +61,7 @@ class PlantSettings:
     carry: float = 1.0
     sway: float = 0.12
     ease: float = 0.04
+    even: float = 0.033
     clearance: float = 0.045
     rise: float = 0.12
     reach: float = 0.12
@@ -73,6 +77,8 @@ LEAST_STEP = 0.07
 """Metres over the ground from which a foot stands on something."""
 SAME_STEP = 0.045
 """Metres between two levels that are one."""
+CLEAR_SECONDS = 0.07
+"""Over which a foot that has to be higher begins to rise before, and comes down after."""
 STEP_QUANTILE = 0.02
 """Share of a clip in which the lowest foot may be below the ground that its steps rise from."""
 
@@ -315,8 +321,9 @@ def _cleared(over: FloatArray, feet: FloatArray, stands: BoolArray, fps: float, 
     rising = gaussian_filter1d(minimum_filter1d(swings, frames, axis=-1, mode="nearest"), frames / 3, axis=-1, mode="nearest")
     wanted = settings.clearance * np.minimum(rising * 1.5, 1.0)
     needed = np.maximum(wanted - over.min(axis=-1), 0)
-    smooth: FloatArray = gaussian_filter1d(maximum_filter1d(needed, 3, axis=-1, mode="nearest"), 0.03 * fps, axis=-1, mode="nearest")
-    return np.where(stands, needed, np.maximum(smooth, needed))
+    wide = maximum_filter1d(needed, 2 * max(1, round(CLEAR_SECONDS * fps)) + 1, axis=-1, mode="nearest")
+    smooth: FloatArray = gaussian_filter1d(wide, CLEAR_SECONDS * fps, axis=-1, mode="nearest")
+    return smooth
 
 
 def _reach(clips: FloatArray, legs: tuple[tuple[int, int, int, int], ...], move: FloatArray, free: FloatArray, fps: float, settings: PlantSettings) -> None:
@@ -326,6 +333,7 @@ def _reach(clips: FloatArray, legs: tuple[tuple[int, int, int, int], ...], move:
     for (hip, knee, ankle, _), by in zip(legs, move, strict=True):
         upper, lower = (np.linalg.norm(clips[:, :, b] - clips[:, :, a], axis=-1) for a, b in ((hip, knee), (knee, ankle)))
         target = clips[:, :, ankle] + by
+        target += (evened(target, settings.even * fps) - target) * free[:, None]
         targets.append(target)
         way = target - clips[:, :, hip]
         now = np.linalg.norm(clips[:, :, ankle] - clips[:, :, hip], axis=-1)

@@ -20,8 +20,8 @@ from a2v.motion.model import MotionModel, plain_name
 from a2v.motion.prompts import Match, Step, Vocabulary, parse_prompt
 from a2v.motion.vocabulary import other_names
 
-SOURCES: tuple[str, ...] = ("cmu", CLIPS, "cmu-fine", "humanact12", "humanact12-fine")
-"""Where actions come from; of equal names the first one's is taken."""
+SOURCES: tuple[str, ...] = (CLIPS, "cmu-fine", "cmu", "humanact12", "humanact12-fine")
+"""Where actions come from; of equal names the first one's is taken. `cmu` has 56 clips at double speed and walks backwards, as the papers' data do, so it comes after `cmu-fine`."""
 
 LICENCES = ("any", "free")
 """What may be used: everything that ships, or only what is free for every use."""

@@ -28,7 +28,7 @@ MIN_PACE = 0.05
 """Metres a second along a path: slower is standing."""
 MAX_PACE = 20.0
 """Metres a second along a path: nobody runs faster."""
-SLIDES_ALONG = 0.8
+SLIDES_ALONG = 0.5
 """Metres a second that a standing foot may slide for each of the body's, before it is held: feet of people who run round a bend slide with them."""
 KEPT_SECONDS = 0.4
 """Over which a clip goes from the ground to the height of a pose that is given, and back."""

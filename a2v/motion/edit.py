@@ -36,8 +36,8 @@ AIR_SECONDS = 0.7
 """How long no joint is near the ground at most, in a jump."""
 STEP_SECONDS = 0.4
 """The same between two steps of a run."""
-TOE_SECONDS = 0.15
-"""The same where a foot always is on the ground."""
+TOE_SECONDS = 0.3
+"""The same where a foot always is on the ground: as long as a step, or what is taken off shakes the body with each of them."""
 
 MOST_APART = 0.03
 """Metres by which the floors of two feet may lie apart and be one ground still."""

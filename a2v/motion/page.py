@@ -16,6 +16,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
@@ -101,7 +102,7 @@ def write_motion_page(
 
 def _pieces(parts: dict[str, bytes]) -> list[bytes]:
     """The page, piece by piece: ``browser/index.html`` with `parts` and our own scripts in their places."""
-    own = {name: _part(f"{name}.js").encode() for name in ("random", "sample", "figure", "main")}
+    own = {name: _part(f"{name}.js").encode() for name in ("random", "sample", "figure", "save", "main")}
     parts = parts | own | {"viewer": viewer_script().encode(), "stage": stage_script().encode()}
     words = re.split(r"\$([a-z]+)\b", _part("index.html"))
     return [parts[word] if place % 2 else word.encode() for place, word in enumerate(words)]
@@ -149,7 +150,13 @@ def page_graph(path: Path) -> tuple[bytes, bool]:
 def _meta(model: MotionModel, guided: bool) -> dict[str, Any]:
     said = read_metadata(model.path, (STEP_FORMAT, WINDOW_FORMAT), "motion model")
     kept = {name: said[name] for name in _KEPT if name in said and (name != "guidance" or guided)}
-    return kept | {"skeleton": {"parents": model.skeleton.parents.tolist()}}
+    return kept | {"skeleton": _skeleton(model)}
+
+
+def _skeleton(model: MotionModel) -> dict[str, Any]:
+    """What a file of a clip is written by: parents, names, and directions of the bones at rest."""
+    own = model.skeleton
+    return {"parents": own.parents.tolist(), "names": list(model.card.joint_names), "rest": np.round(own.rest_directions, 6).tolist()}
 
 
 def _words(model: MotionModel) -> list[str]:

@@ -4,8 +4,9 @@
 `read_openpose` brings landmarks of another detector. Nothing is downloaded: the detector is mediapipe with the models of its wheel.
 """
 
+from a2v.perception.corrections import Corrections, read_corrections
 from a2v.perception.landmarks import read_openpose
-from a2v.perception.person import PerceptionSettings, find_person
+from a2v.perception.person import PerceptionSettings, corrected, find_person
 from a2v.perception.photo import MAX_PIXELS, MIN_SIDE, decode_mask, decode_photo
 
-__all__ = ["MAX_PIXELS", "MIN_SIDE", "PerceptionSettings", "decode_mask", "decode_photo", "find_person", "read_openpose"]
+__all__ = ["MAX_PIXELS", "MIN_SIDE", "Corrections", "PerceptionSettings", "corrected", "decode_mask", "decode_photo", "find_person", "read_corrections", "read_openpose"]

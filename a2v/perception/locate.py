@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,18 +16,49 @@ from a2v.perception.landmarks import SKELETON_LINES
 from a2v.perception.segmenter import may_lack_parts, missing_parts, probability_of_people
 from a2v.types import BoolArray, ByteArray, FloatArray
 
+_IN_BOX = 0.2
+"""Least share of a person's box and the user's box that they have in common."""
 NOBODY = "no person found in the photo; use a photo that shows one whole person, or give --mask and --keypoints"
 
 
+@dataclass(frozen=True, eq=False)
+class Located:
+    """Where a person is, in the photo's pixels.
+
+    Attributes
+    ----------
+    keypoints : (33, 3) float32
+    keypoints_3d : (33, 3) float32
+    mask : (H, W) float32
+        Rough.
+    others : (H, W) bool or None
+        Mask of other people.
+    boxes : (n, 4) float32 or None
+        Left, top, right, bottom of all who are large enough to be meant, the largest first; None where it is one.
+    """
+
+    keypoints: FloatArray
+    keypoints_3d: FloatArray
+    mask: FloatArray
+    others: BoolArray | None = None
+    boxes: FloatArray | None = None
+
+
+Who = int | tuple[float, ...] | None
+"""Who of several is meant: a number by size from 1 on, or a box in pixels of the photo; None: the largest."""
+
+
 def locate(
-    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, *, confidence: float, warnings: list[str]
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray | None]:
-    """Landmarks, their 3D positions, the (rough) mask, and the mask of other people, all in the photo's pixels."""
+    rgb: ByteArray, mask: FloatArray | None, keypoints: FloatArray | None, *, confidence: float, warnings: list[str], who: Who = None
+) -> Located:
+    """Find the person; `mask` and `keypoints` are what the user has given."""
     height, width = rgb.shape[:2]
     unknown_3d = np.full((len(BLAZEPOSE), 3), np.nan, np.float32)
     others: BoolArray | None = None
     with Detector(confidence) as detector:
         if mask is not None or keypoints is not None:
+            if who is not None:
+                raise InputError("the corrections say which person is meant, and a mask or keypoints do as well; leave one of them out")
             # the user says where the person is: look only there
             hint = _thicken(keypoints, height, width) if mask is None and keypoints is not None else mask
             assert hint is not None  # one of the two is given
@@ -40,17 +72,19 @@ def locate(
             assert points is not None
             points_3d = put_upright(person.keypoints, person.keypoints_3d) if person is not None else unknown_3d
             rough = mask if mask is not None else person.mask if person is not None else hint
-            return points, points_3d, rough, None
+            return Located(points, points_3d, rough)
 
         reduced, scale = _reduce(rgb, 1280)
         people = detector.people(reduced, full=rgb)
         if not people:
             raise InputError(NOBODY)
-        best = people[0].scaled(scale, (0.0, 0.0), (width, height))
-        big = [person for person in people[1:] if person.area > 0.15 * people[0].area]
-        if big:
-            warnings.append(f"{len(big) + 1} people are in the photo; the largest is used (give --mask to choose another)")
-            union = np.max([person.mask for person in people[1:]], axis=0) > 0.5
+        big = [person for person in people if person.area > 0.15 * people[0].area]
+        number = _meant(who, [scale * _box_of(person) for person in (big if isinstance(who, int) else people)])
+        best = people[number].scaled(scale, (0.0, 0.0), (width, height))
+        if len(big) > 1 or number > 0:
+            if who is None:
+                warnings.append(f"{len(big)} people are in the photo; the largest is used (give --mask or --corrections to choose another)")
+            union = np.max([person.mask for person in people if person is not people[number]], axis=0) > 0.5
             others = (resize(union.astype(np.float32), (width, height)) > 0.5) & (best.mask < 0.9)
         # once more on the person alone: landmarks and mask gain resolution
         box = crop_box(best.mask, best.keypoints, (width, height), 0.2)
@@ -58,7 +92,40 @@ def locate(
         if closer is not None and _agree(closer.keypoints, best.keypoints):
             best = closer
         best = completed(detector, rgb, best, others)
-    return best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others
+    boxes = np.array([scale * _box_of(person) for person in big], np.float32) if len(big) > 1 else None
+    return Located(best.keypoints, put_upright(best.keypoints, best.keypoints_3d), best.mask, others, boxes)
+
+
+def _box_of(person: Detection) -> FloatArray:
+    """Left, top, right, bottom (4,) of a person's mask, or of the landmarks where it is empty."""
+    rows, columns = np.nonzero(person.mask > 0.5)
+    if len(rows):
+        return np.array([columns.min(), rows.min(), columns.max() + 1, rows.max() + 1], np.float32)
+    return np.concatenate([person.keypoints[:, :2].min(axis=0), person.keypoints[:, :2].max(axis=0)])
+
+
+def _meant(who: Who, boxes: list[FloatArray]) -> int:
+    """The number, from 0 on, of the person who is meant, by the boxes of all.
+
+    Raises
+    ------
+    InputError
+        There is none of that number, or nobody in the given box.
+    """
+    if who is None:
+        return 0
+    if isinstance(who, int):
+        if who > len(boxes):
+            raise InputError(f"the corrections ask for person {who}, but {len(boxes)} can be told apart in the photo; give a box [left, top, right, bottom] instead")
+        return who - 1
+    shares = []
+    for box in boxes:
+        low, high = np.maximum(box[:2], who[:2]), np.minimum(box[2:], who[2:])
+        common = float(np.prod(np.maximum(high - low, 0)))
+        shares.append(common / (float(np.prod(box[2:] - box[:2])) + (who[2] - who[0]) * (who[3] - who[1]) - common))
+    if max(shares) < _IN_BOX:
+        raise InputError(f"no person is found in the box {', '.join(f'{value:.0f}' for value in who)} of the corrections; draw it around one person, or give --mask")
+    return int(np.argmax(shares))
 
 
 def completed(detector: Detector, rgb: ByteArray, person: Detection, others: BoolArray | None) -> Detection:

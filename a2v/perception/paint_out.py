@@ -5,16 +5,28 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.errors import InputError
-from a2v.types import ByteArray, FloatArray
+from a2v.geometry.colors import srgb_to_linear
+from a2v.perception.patch_fill import fill_by_patches
+from a2v.types import BoolArray, ByteArray, FloatArray
 
-SIDE = 400
-"""Longest side at which the hole is filled, pixels: the time goes with its square, and what is behind a person is mostly soft."""
+SIDE = 800
+"""Longest side at which the hole is filled, pixels; the photo's own grain beyond is not continued."""
+_SHADOW_SIDE = 200
+"""Longest side at which shadows are looked for, pixels."""
+_REACH = 0.28
+"""Shadows of the person are looked for up to this distance from them, as a fraction of their height."""
+_LIGHT = (0.3, 0.95)
+"""Share of the light that is left in a shadow: what is darker is a thing, what is lighter cannot be told from noise."""
+_CONTACT = 0.06
+"""So near to the person, as a fraction of their height, a shadow may be as dark as it likes."""
+_TINT = 0.07
+"""Largest standard deviation of this share over the three channels, linear RGB: a shadow has hardly another hue."""
 
 
 def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> ByteArray:
-    """Fill the person's place with shifted pieces of the rest of the picture (He and Sun, ECCV 2012; OpenCV's shift maps).
+    """Fill the place of the person, and of the shadow next to them, with pieces of the rest of the picture (`fill_by_patches`).
 
-    Pieces keep their structure, so a horizon or a wall goes on behind the person, where diffusion would smear it.
+    Pieces keep their structure, so that a horizon or a wall goes on behind the person, and take the brightness of their surroundings.
 
     Parameters
     ----------
@@ -46,17 +58,54 @@ def paint_out(photo: ByteArray, mask: FloatArray, *, border: float = 0.012) -> B
         return photo.copy()
     if hole.mean() > 0.9:
         raise InputError("the person covers more than nine tenths of the photo, so its background is unknown; choose a colour or the stage")
-    scale = min(1.0, SIDE / longest)
-    size = max(round(scale * width), 8), max(round(scale * height), 8)
-    small = cv2.cvtColor(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2Lab)
-    known = (cv2.resize(hole.astype(np.float32), size, interpolation=cv2.INTER_AREA) < 0.01).astype(np.uint8)
-    filled = small.copy()
-    cv2.xphoto.inpaint(small, 255 * known, filled, cv2.xphoto.INPAINT_SHIFTMAP)
-    behind = cv2.resize(cv2.cvtColor(filled, cv2.COLOR_Lab2RGB), (width, height), interpolation=cv2.INTER_CUBIC)
+    hole |= shadow_around(photo, hole)
+    colors, missing = _small(photo, hole, SIDE)
+    filled = cv2.cvtColor(fill_by_patches(colors, missing), cv2.COLOR_Lab2RGB)
+    behind = cv2.resize(np.clip(255 * filled, 0, 255), (width, height), interpolation=cv2.INTER_CUBIC)
     # from the hole's rim inwards, so that fine grain does not end in a line
     rim = max(2.0, 0.004 * longest)
     inward = np.clip(cv2.distanceTransform(hole.astype(np.uint8), cv2.DIST_L2, 5) / rim, 0, 1)[..., None]
-    return np.asarray(np.rint(photo + inward * (behind.astype(np.float32) - photo)), np.uint8)
+    return np.asarray(np.rint(np.clip(photo + inward * (behind - photo), 0, 255)), np.uint8)
+
+
+def shadow_around(photo: ByteArray, hole: BoolArray) -> BoolArray:
+    """Pixels (H, W) next to the `hole` (H, W) that are darker than what lies around says: the person's shadow.
+
+    A wider hole is filled; what the photo shows darker there, without another hue and joined to the person, is the shadow.
+    """
+    import cv2
+
+    height, width = hole.shape
+    colors, missing = _small(photo, hole, _SHADOW_SIDE)
+    rows = np.flatnonzero(missing.any(axis=1))
+    reach = _REACH * (rows[-1] - rows[0] + 1)
+    wide = _grown(missing, round(reach))
+    if wide.mean() > 0.9:
+        return np.zeros(hole.shape, bool)
+    expected = fill_by_patches(colors, wide)
+    given = np.where(missing[..., None], expected, colors), expected
+    light = [cv2.GaussianBlur(srgb_to_linear(cv2.cvtColor(lab, cv2.COLOR_Lab2RGB)), (0, 0), 1.0) for lab in given]
+    share = light[0] / np.maximum(light[1], 1e-3)
+    left = share.mean(axis=-1)
+    near = _grown(missing, round(_CONTACT * (rows[-1] - rows[0] + 1)))
+    dark = wide & ~missing & ((left > _LIGHT[0]) | near) & (left < _LIGHT[1]) & (share.std(axis=-1) < _TINT)
+    dark = cv2.morphologyEx(dark.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)).astype(bool)
+    _, names = cv2.connectedComponents((dark | missing).astype(np.uint8))
+    dark = dark | (cv2.morphologyEx((dark | missing).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)).astype(bool) & ~missing & near)
+    joined = dark & np.isin(names, np.unique(names[missing]))
+    large = cv2.resize(_grown(joined, 2).astype(np.float32), (width, height), interpolation=cv2.INTER_LINEAR) > 0.5
+    return np.asarray(large & ~hole)
+
+
+def _small(photo: ByteArray, hole: BoolArray, side: int) -> tuple[FloatArray, BoolArray]:
+    """The photo in CIELAB (h, w, 3) and the hole (h, w), with the longer side at most `side` pixels."""
+    import cv2
+
+    height, width = hole.shape
+    scale = min(1.0, side / max(height, width))
+    size = max(round(scale * width), 8), max(round(scale * height), 8)
+    colors = cv2.cvtColor(cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
+    return colors, cv2.resize(hole.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.01
 
 
 def _grown(mask: np.ndarray, pixels: int) -> np.ndarray:

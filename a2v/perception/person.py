@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +11,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.kinematics.names import BLAZEPOSE, LANDMARK_INDEX
 from a2v.perception.bodymap import look_at_body, mended
+from a2v.perception.corrections import Corrections, correct_landmarks, draw_strokes, given_landmarks, place_landmarks, told_sides
 from a2v.perception.face import find_face
 from a2v.perception.hands import find_hands
 from a2v.perception.locate import crop_box, locate, resize
@@ -66,46 +69,44 @@ def find_person(
     mask: FloatArray | BoolArray | ByteArray | None = None,
     keypoints: FloatArray | None = None,
     settings: PerceptionSettings | None = None,
+    corrections: Corrections | None = None,
 ) -> Subject:
-    """Find the largest person of a photo.
+    """Find a person in a photo, the largest if nothing else is said.
 
     Parameters
     ----------
     photo : (H, W, 3) or (H, W, 4) uint8
-        Upright, as `a2v.perception.decode_photo` gives it. An alpha channel with at least 2 % transparent
-        pixels is taken as the mask.
+        Upright, as `decode_photo` gives it. An alpha channel with at least 2 % transparent pixels is taken as the mask.
     mask : (H, W) bool, uint8 or float in [0, 1], optional
         The person's mask by the user; wins over the alpha channel.
     keypoints : (33, 3), optional
         Landmarks in pixels of the photo (`a2v.perception.read_openpose`); win over the detector's.
-    settings : PerceptionSettings, optional
-
-    Returns
-    -------
-    Subject
+    settings, corrections : corrections count instead of all that was seen or given
 
     Raises
     ------
     InputError
-        Nobody found, or mask or keypoints that do not fit the photo.
+        Nobody found, or mask, keypoints or corrections that do not fit the photo.
     """
-    settings = settings or PerceptionSettings()
-    height, width = _size_of(photo)
+    settings, (height, width) = settings or PerceptionSettings(), _size_of(photo)
     given_mask = _mask_of_alpha(photo) if mask is None else _check_mask(mask, height, width)
     given_points = _check_keypoints(keypoints, height, width)
     rgb, warnings = photo[..., :3], list[str]()
-    points, points_3d, rough, others = locate(rgb, given_mask, given_points, confidence=settings.confidence, warnings=warnings)
-    crop = crop_box(rough, points, (width, height), settings.margin)
-    image, alpha_crop, points = _cut_out(rgb, rough, points, crop, settings.max_side)
-    near = None if others is None else others[crop[1] : crop[3], crop[0] : crop[2]]
-    alpha_crop = keep_soft(alpha_crop) if given_mask is not None else _refined(image, alpha_crop, near, settings)
-    if (alpha_crop > 0.5).sum() < 64:
-        raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
+    right = (corrections or Corrections()).in_pixels(width, height)
+    seen = locate(rgb, given_mask, given_points, confidence=settings.confidence, warnings=warnings, who=right.person)
+    rough = draw_strokes(seen.mask, right.strokes)
+    crop = crop_box(rough, place_landmarks(seen.keypoints, right), (width, height), settings.margin)
+    image, alpha_crop, told = _cut_out(rgb, rough, seen.keypoints, crop, settings.max_side)
+    own = in_crop(right, crop, image)
+    near = None if seen.others is None else seen.others[crop[1] : crop[3], crop[0] : crop[2]]
+    alpha_crop = _with_strokes(keep_soft(alpha_crop) if given_mask is not None else _refined(image, alpha_crop, near, settings), own)
     bodymap = look_at_body(image, alpha_crop) if settings.bodymap else None
-    told = points  # what is hidden or outside of the photo the detector knows best
+    points, points_3d = told, seen.keypoints_3d
     if bodymap is not None:
         points, points_3d = mended(told, points_3d, bodymap, keep=given_points is not None)
-    warnings += _warn(alpha_crop, told, points_3d, crop, (width, height))
+    points, points_3d = correct_landmarks(points, points_3d, own)
+    # what is hidden or outside of the photo the detector knows best
+    warnings += _warn(alpha_crop, place_landmarks(told, own), points_3d, crop, (width, height))
     return Subject(
         image=np.ascontiguousarray(image),
         mask=np.clip(alpha_crop, 0, 1).astype(np.float32),
@@ -117,8 +118,39 @@ def find_person(
         face=find_face(image, points) if settings.face else None,
         hands=find_hands(image, points) if settings.hands else None,
         bodymap=bodymap,
+        given=given_landmarks(own),
+        sides=told_sides(own),
+        people=seen.boxes,
         provenance=_origins(given_mask is not None, given_points is not None, settings),
     )
+
+
+def _with_strokes(mask: FloatArray, own: Corrections) -> FloatArray:
+    """The refined mask with what is certain of the strokes; refused where nobody is left."""
+    drawn = draw_strokes(mask, own.strokes, core=True)
+    if (drawn > 0.5).sum() < 64:
+        raise InputError("no person found in the photo (the mask is empty); use a photo with one whole person, or give --mask")
+    return drawn
+
+
+def corrected(subject: Subject, corrections: Corrections) -> Subject:
+    """A subject that was found without corrections of landmarks and limbs, with these: as `find_person` gives it, but for face and hands.
+
+    Raises
+    ------
+    InputError
+        They do not fit the photo.
+    """
+    own = in_crop(corrections.in_pixels(*subject.photo_size), subject.crop, subject.image)
+    points, points_3d = correct_landmarks(subject.keypoints, subject.keypoints_3d, own)
+    return dataclasses.replace(subject, keypoints=points, keypoints_3d=points_3d, given=given_landmarks(own), sides=told_sides(own))
+
+
+def in_crop(corrections: Corrections, crop: tuple[int, ...], image: ByteArray) -> Corrections:
+    """Corrections in pixels of the photo, in those of its crop as `image` (h, w, 3)."""
+    left, top, right, bottom = crop
+    a, b = image.shape[1] / (right - left), image.shape[0] / (bottom - top)
+    return corrections.scaled((a, b), (-left * a, -top * b), math.sqrt(a * b))
 
 
 def _origins(mask_given: bool, keypoints_given: bool, settings: PerceptionSettings) -> dict[str, str]:

@@ -6,7 +6,7 @@ any of them: the photo where it saw the surface, Eq. 14 (`solve_colors`) elsewhe
 """
 
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
-from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.reconstruction.equation14 import ColorSolution, solve_colors
 from a2v.reconstruction.extraction import ExtractionSettings, extract_surface
 from a2v.reconstruction.face import FaceSettings, add_face
@@ -15,6 +15,7 @@ from a2v.reconstruction.implicit import ImplicitSettings, implicit_surface
 from a2v.reconstruction.sheet import surface_sheet
 
 __all__ = [
+    "ColorEvidence",
     "ColorSettings",
     "ColorSolution",
     "ExtractionSettings",

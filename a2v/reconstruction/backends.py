@@ -16,7 +16,7 @@ from a2v.errors import InputError
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.body_prior import SurfaceSettings, body_prior_surface
 from a2v.reconstruction.canonical.several import Sight
-from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.reconstruction.implicit.surface import ImplicitSettings, implicit_surface
 from a2v.types import Body, Camera, FloatArray, OrthographicCamera, Progress, Reconstruction, Subject, Surface
 
@@ -159,9 +159,8 @@ def color_by_photo(
 
         spots = spots_of(standing.anchors, body)
         canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
-    colored = color_surface(
-        seen, subject, camera.flat, prior=person.expected_colors, spots=spots, canvas=canvas, settings=settings, progress=progress
-    )
+    evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvas)
+    colored = color_surface(seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress)
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 

@@ -11,8 +11,10 @@ from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
 from a2v.reconstruction.backs.labels import HAIR
 from a2v.reconstruction.borders import Borders
+from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.face.colors import EYE, FacePaint
 from a2v.reconstruction.merged import OtherPhoto, mixed
+from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.types import FloatArray, IntArray
 
@@ -21,21 +23,18 @@ STRAND = 0.05
 
 
 def bake(
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
-    colors: FloatArray,
+    mesh: ColoredMesh,
     photo: PhotoProjection,
     paint: FacePaint | None,
     continued: Continuation | None,
     atlas: Atlas,
     others: Sequence[OtherPhoto] = (),
 ) -> tuple[FloatArray, np.ndarray]:
-    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the vertices' colours elsewhere.
+    """Texture (size, size, 3) uint8 and its coordinates: the photo where it is trusted, the colours of the mesh elsewhere.
 
     Of several photos each place takes the one that is trusted most there (`mixed`).
     """
-    size = atlas.size
+    size, vertices, faces, normals, colors = atlas.size, mesh.vertices, mesh.faces, mesh.normals, mesh.colors
     texture = np.zeros((size, size, 3), np.uint8)
     borders = None if photo.canvas is None or continued is None else Borders.between(continued.labels, faces, colors, photo.known)
     for top in range(0, size, 256):
@@ -53,11 +52,13 @@ def bake(
             trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
         smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
         sharp = sample_image(photo.clean, photo.camera.project(point))
+        trust, beyond, mirrored = of_other_half(photo, mesh, corner, weight, trust)
         if paint is not None:
             kind = paint.kinds[corner].max(axis=1)
             eye = kind == EYE
             sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
             trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
+            beyond[kind > 0] = 0.0
         if continued is not None:
             detail = continued.at(point, corner, weight[..., 0])
             if photo.canvas is not None:
@@ -66,7 +67,7 @@ def bake(
         if others:
             found = [other.at(corner, weight) for other in others]
             trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])
-        blended = trust * sharp + (1 - trust) * smooth
+        blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
     # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
     filled_texel = atlas.face >= 0

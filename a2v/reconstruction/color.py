@@ -19,9 +19,12 @@ from a2v.reconstruction.backs.labels import HAIR, HANDS, LIMB_PARTS, SKIN
 from a2v.reconstruction.bake import bake
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.color_prior import mirrored_prior, seen_face, skin_of_hands
+from a2v.reconstruction.colored import ColoredMesh
 from a2v.reconstruction.equation14 import ColorProblem, ColorSolution, solve_colors
 from a2v.reconstruction.face.colors import face_paint
+from a2v.reconstruction.face.drawing import drawn_over
 from a2v.reconstruction.merged import OtherPhoto, on_vertices
+from a2v.reconstruction.other_half import HEAD, lent_to
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera, Progress, Subject, Surface
@@ -79,15 +82,58 @@ class ColorSettings:
             raise InputError(f"band is {self.band}; expected 0 to 0.2 metres")
 
 
+@dataclass(frozen=True, eq=False)
+class ColorEvidence:
+    """What is known of a surface with V vertices beside the photo.
+
+    Attributes
+    ----------
+    prior : (V, 3), optional
+        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network predicts. Default: the front mirrored, hair on the
+        back of the head.
+    spots : Spots, optional
+        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
+    canvas : Canvas, optional
+        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and
+        every pixel belongs to the surface that it shows.
+    others : sequence of OtherPhoto
+        Further photos of a canonical person.
+    """
+
+    prior: FloatArray | None = None
+    spots: Spots | None = None
+    canvas: Canvas | None = None
+    others: Sequence[OtherPhoto] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What the photos show of V vertices.
+
+    Attributes
+    ----------
+    trust : (V,)
+        Of the main photo, from 0 to 1.
+    known : (V,) bool
+        Vertices that any photo shows well.
+    main : (V,) bool
+        Those of them that the main photo shows well.
+    mouth : (V,) bool
+        The mouth from within, which has given colours: it tells nothing of the cheeks before it.
+    """
+
+    trust: FloatArray
+    known: BoolArray
+    main: BoolArray
+    mouth: BoolArray
+
+
 def color_surface(
     surface: Surface,
     subject: Subject,
     camera: OrthographicCamera,
     *,
-    prior: FloatArray | None = None,
-    spots: Spots | None = None,
-    canvas: Canvas | None = None,
-    others: Sequence[OtherPhoto] = (),
+    evidence: ColorEvidence | None = None,
     settings: ColorSettings | None = None,
     progress: Progress | None = None,
 ) -> Surface:
@@ -100,16 +146,8 @@ def color_surface(
     subject : Subject
     camera : OrthographicCamera
         Of `subject.image`.
-    prior : (V, 3), optional
-        c^p of Eq. 14, sRGB in [0, 1], NaN where unknown: colours that a network expects. Default: the front mirrored, hair on the
-        back of the head.
-    spots : Spots, optional
-        Where on the body each vertex lies (`a2v.body.nearest_spots`). Default: the head from the landmarks, and nothing is continued.
-
-    canvas : Canvas, optional
-        Of a canonical person: its texture layout, and which pixels are of which part. Default: charts are cut from the surface, and every pixel is of what it meets.
-    others : sequence of OtherPhoto, optional
-        Further photos of a canonical person.
+    evidence : ColorEvidence, optional
+        What is known beside the photo.
 
     Returns
     -------
@@ -122,7 +160,8 @@ def color_surface(
     InputError
         Arrays of the wrong shape, or a surface that the camera does not see.
     """
-    settings = settings or ColorSettings()
+    settings, evidence = settings or ColorSettings(), evidence or ColorEvidence()
+    prior, spots, canvas, others = evidence.prior, evidence.spots, evidence.canvas, evidence.others
     report = progress or (lambda done, total: None)
     vertices = np.asarray(surface.vertices, np.float64)
     faces = np.asarray(surface.faces, np.int64)
@@ -148,25 +187,32 @@ def color_surface(
     if settings.delight:
         photo.clean = photo_without_shading(photo.clean, camera, vertices, faces, normals, colors=colors, seen=known)
         colors = photo.patch_colors(vertices, faces)
-    paint = face_paint(surface, photo.clean)
+    if surface.face is not None and surface.provenance.get("turned_face"):
+        photo.clean, surface = drawn_over(photo.clean, surface, camera)
+        colors = photo.patch_colors(vertices, faces)
+    paint, mouth = face_paint(surface, photo.clean), np.zeros(len(known), bool)
     if paint is not None:
-        known[paint.inner], colors[paint.inner] = True, paint.colors
-    expected, reach = _expected(photo, vertices, normals, colors, known=known, prior=prior, head=_head(spots))
-    main = known
+        known[paint.inner], colors[paint.inner], mouth[paint.inner] = True, paint.colors, True
+    mesh, main = ColoredMesh(vertices, faces, normals, colors), known
+    expected, reach = _expected(photo, mesh, known=known & ~mouth, prior=prior, head=_head(spots))
     if others:
         others = tuple(other.beside(known, colors, faces, None if surface.face is None else surface.face.patch) for other in others)
         known, colors = on_vertices(trust, known, colors, others)
         seen, photo.known = seen | known, known
     near = _nearest_vertices(apart, settings.neighbors)
+    lent = np.zeros(len(known), bool)
     if canvas is not None:
         expected = without_strangers(expected, colors, canvas, camera.project(vertices), known)
         hidden = on_parts(canvas.parts, *HANDS) & ~known
         if canvas.hands is not None:
             expected[hidden] = canvas.hands
         reach, _ = _nearest_known(apart, known)
+        lent = lent_to(canvas, known)
+        expected[lent] = colors[canvas.twin[lent]]
     continued = None
     if settings.synthesis and spots is not None:
-        continued = _continued(photo, vertices, faces, normals, colors, expected, trust=trust, known=known, main=main, spots=spots, neighbors=near)
+        mesh = dataclasses.replace(mesh, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)))
+        continued = _continued(photo, mesh, _Shown(trust, known, main, mouth), spots=spots, neighbors=near)
     # the band: what the photo saw at a glance, and what lies right behind the silhouette
     band = ~known & ((seen & (normals[:, 2] > 0.0)) | (reach < settings.band))
     fixed = colors
@@ -177,12 +223,12 @@ def color_surface(
     solution = solve_colors(np.where(known[:, None], fixed, expected), problem, tolerance=settings.tolerance)
     base = np.where(known[:, None], colors, solution.colors)
     if canvas is not None and continued is not None:
-        base = _even_tones(base, known, continued.labels, on_parts(canvas.parts, "head", "neck", *HANDS))
+        base = _even_tones(base, known & ~mouth, known | lent, labels=continued.labels, bare=on_parts(canvas.parts, *HEAD, *HANDS))
     final = np.clip(base if continued is None else base + continued.on_vertices(), 0, 1)
     report(2, 4)
 
-    baked = (vertices, faces, normals, np.clip(base, 0, 1), photo, paint, continued)
-    uv, texture = bake(*baked, atlas.result(), others) if atlas is not None else (None, None)
+    mesh = dataclasses.replace(mesh, colors=np.clip(base, 0, 1))
+    uv, texture = bake(mesh, photo, paint, continued, atlas.result(), others) if atlas is not None else (None, None)
     report(4, 4)
     provenance = dict(surface.provenance) | {"eq14": _report(solution, ~known, band, settings)}
     if continued is not None:
@@ -193,53 +239,33 @@ def color_surface(
 
 
 def _expected(
-    photo: PhotoProjection,
-    vertices: FloatArray,
-    normals: FloatArray,
-    colors: FloatArray,
-    *,
-    known: BoolArray,
-    prior: FloatArray | None,
-    head: BoolArray | None,
+    photo: PhotoProjection, mesh: ColoredMesh, *, known: BoolArray, prior: FloatArray | None, head: BoolArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """Colours (V, 3) that the unseen side may have, and how far, metres, each vertex is from one that is `known` (V,)."""
-    expected = mirrored_prior(
-        vertices, normals, colors, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head
-    )
-    reach, nearest = _nearest_known(vertices, known)
+    expected = mirrored_prior(mesh, known=known, clean=photo.clean, subject=photo.subject, camera=photo.camera, head=head)
+    reach, nearest = _nearest_known(mesh.vertices, known)
     if prior is not None:
         # around the rim the photo knows better than any network: its colour there, or next to there
-        close = np.where((photo.unoccluded(vertices) & (normals[:, 2] > -0.2))[:, None], colors, colors[nearest])
+        close = np.where((photo.unoccluded(mesh.vertices) & (mesh.normals[:, 2] > -0.2))[:, None], mesh.colors, mesh.colors[nearest])
         expected = _given_or_close(prior, close=close, otherwise=expected, reach=reach)
     return expected, reach
 
 
-def _continued(
-    photo: PhotoProjection,
-    vertices: FloatArray,
-    faces: IntArray,
-    normals: FloatArray,
-    colors: FloatArray,
-    expected: FloatArray,
-    *,
-    trust: FloatArray,
-    known: BoolArray,
-    main: BoolArray,
-    spots: Spots,
-    neighbors: IntArray,
-) -> Continuation:
-    """What the photo shows, continued over the side that is unseen; `main` (V,) are those of the `known` (V,) vertices that this very photo shows."""
-    pixels = photo.camera.project(vertices)
-    face, skin = seen_face(photo.subject, pixels, colors, known=main, head=_head(spots))
-    if skin is None:  # who turns away shows hands
-        skin = skin_of_hands(colors[known & on_parts(spots.parts, *HANDS)])
-    square = known & (trust > 0.9)  # at a glance the background, and what is before, shines in
+def _continued(photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spots: Spots, neighbors: IntArray) -> Continuation:
+    """What the photo shows, continued over the unseen side; the mesh has the photo's colours where they are known, and expected ones elsewhere."""
+    pixels, known = photo.camera.project(mesh.vertices), shown.known
+    face, _ = seen_face(photo.subject, pixels, mesh.colors, known=shown.main, head=_head(spots))
+    outer = shown.main & ~shown.mouth
+    _, skin = seen_face(photo.subject, pixels, mesh.colors, known=outer, head=_head(spots))
+    if skin is None:  # the back of a head: the hands' skin instead
+        skin = skin_of_hands(mesh.colors[known & on_parts(spots.parts, *HANDS)])
+    square = known & (shown.trust > 0.9)  # at grazing angles the background, and what is in front, is mixed in
     seen = Seen(
-        vertices=vertices, colors=np.where(known[:, None], colors, np.clip(expected, 0, 1)), known=known, parts=spots.parts,
-        front=seen_before(pixels, main, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
-        scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face,
+        vertices=mesh.vertices, colors=mesh.colors, known=known, parts=spots.parts,
+        front=seen_before(pixels, outer, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
+        scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face | shown.mouth,
     )  # fmt: skip
-    return continue_photo(seen, faces, normals, photo.clean, photo.camera)
+    return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 
 
 def _report(solution: ColorSolution, free: BoolArray, band: BoolArray, settings: ColorSettings) -> dict[str, float]:
@@ -287,21 +313,27 @@ def _given_or_close(prior: FloatArray, *, close: FloatArray, otherwise: FloatArr
     return np.where(given[:, None], share * close + (1 - share) * np.nan_to_num(prior), otherwise)
 
 
-def _even_tones(base: FloatArray, known: BoolArray, labels: IntArray, bare: BoolArray) -> FloatArray:
-    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another."""
+def _even_tones(base: FloatArray, known: BoolArray, told: BoolArray, *, labels: IntArray, bare: BoolArray) -> FloatArray:
+    """Colours (V, 3) whose unseen skin on `bare` (V,) parts, and unseen hair, are of the tone that the photo shows: what a network expects there is often of another.
+
+    The tone is that of `known` (V,) vertices; those that are `told` (V,) keep their colours. Of skin it is the lighter half's: the other lies in
+    the shadow of hair and chin.
+    """
     from skimage.color import lab2rgb, rgb2lab
 
     result, skin = base.copy(), None
     for own in ((labels == SKIN) & bare, labels == HAIR):
-        if (own & known).sum() < _TONED or not (own & ~known).any():
+        if (own & known).sum() < _TONED or not (own & ~told).any():
             continue
         seen = rgb2lab(np.clip(base[own & known], 0, 1))
         if skin is not None:  # at its border hair is mixed with skin
             away = np.linalg.norm(seen - skin, axis=1)
             seen = seen[away >= np.median(away)]
+        else:
+            seen = seen[seen[:, 0] >= np.median(seen[:, 0])]
         tone = skin = np.median(seen, axis=0)
-        lab = rgb2lab(np.clip(base[own & ~known], 0, 1))
-        result[own & ~known] = lab2rgb(lab + TONE * (tone - lab))
+        lab = rgb2lab(np.clip(base[own & ~told], 0, 1))
+        result[own & ~told] = lab2rgb(lab + TONE * (tone - lab))
     return result
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
 from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.colored import ColoredMesh
 from a2v.types import BoolArray, FloatArray, OrthographicCamera, Subject
 
 
@@ -86,15 +87,7 @@ def skin_of_hands(colors: FloatArray) -> FloatArray | None:
 
 
 def mirrored_prior(
-    vertices: FloatArray,
-    normals: FloatArray,
-    colors: FloatArray,
-    *,
-    known: BoolArray,
-    clean: FloatArray,
-    subject: Subject,
-    camera: OrthographicCamera,
-    head: BoolArray | None,
+    mesh: ColoredMesh, *, known: BoolArray, clean: FloatArray, subject: Subject, camera: OrthographicCamera, head: BoolArray | None
 ) -> FloatArray:
     """Prior colours (V, 3) for Eq. 14.
 
@@ -104,10 +97,10 @@ def mirrored_prior(
 
     Parameters
     ----------
-    vertices, normals : (V, 3)
-        Metres, in the frame of `camera`; unit.
-    colors : (V, 3), known : (V,) bool
-        Colours of the vertices, and which of them the photo saw for certain.
+    mesh : ColoredMesh
+        In the frame of `camera`.
+    known : (V,) bool
+        Vertices whose colours the photo shows well.
     clean : (H, W, 3)
         `clean_colors(subject)`.
     head : (V,) bool, optional
@@ -115,6 +108,7 @@ def mirrored_prior(
     """
     import cv2
 
+    vertices, normals, colors = mesh.vertices, mesh.normals, mesh.colors
     person = subject.mask > 0.5
     tall = float(np.ptp(np.nonzero(person)[0]) + 1)
     blur = max(0.8, 0.004 * tall)

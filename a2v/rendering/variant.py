@@ -15,6 +15,7 @@ from typing import Any
 
 from a2v.io import user_cache_folder
 from a2v.processes import python_command
+from a2v.system import core_count
 
 LLVM_VARIANT = "llvm_ad_rgb"
 FALLBACK_VARIANT = "scalar_rgb"
@@ -114,8 +115,7 @@ def activate(variant: str = "auto", threads: int = 0) -> Any:
     if mitsuba.variant() != variant:
         mitsuba.set_variant(variant)
         mitsuba.set_log_level(mitsuba.LogLevel.Error)  # it warns at every render that 8 samples are rounded up to 9
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-    wanted = threads or cores
+    wanted = threads or core_count()
     if drjit.thread_count() != wanted:
         drjit.set_thread_count(wanted)
     return mitsuba

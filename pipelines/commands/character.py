@@ -13,6 +13,7 @@ from a2v.animation import DeformSettings
 from a2v.errors import InputError
 from a2v.formats.characters import Strengths
 from a2v.formats.gltf import VrmMeta, write_glb, write_morph_glb
+from a2v.formats.gltf.vrm import EDITIONS
 from a2v.formats.registry import CHARACTER_FORMATS, readable_motions, suffixes_of, write_character, writer_of
 from a2v.rendering.page import PAGE_FORMATS
 from a2v.types import Character, FloatArray
@@ -37,6 +38,7 @@ EXAMPLES = """examples:
   a2v character --photo me.jpg --actions Walk,Jump --out me.html                     turnable in the browser, one file
   a2v character --photo me.jpg --actions Walk --rig mixamo --out me.glb              another tool's bones; --root-motion, --loop --in-place
   a2v character --photo me.jpg --actions Walk --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
+  a2v character --photo me.jpg --actions Walk --vrm 0.x --author Me --licence-url https://creativecommons.org/licenses/by/4.0/ --out me.vrm
   a2v character --photo me.jpg --actions Walk --triangles 8000 --texture 1024 --compress meshopt --out me.glb         for a phone
   a2v character --photo me.jpg --actions Walk --exact --out me.glb                   every frame's Eq. 20, as morph targets
 
@@ -44,7 +46,7 @@ Clips are named after their actions or files. GLB, USD and FBX are skinned, as a
 deformation, vertex by vertex (one action, no bones). A .vrm gets its clips beside it, as .vrma."""
 
 AVATAR = ".vrm"
-"""Suffix of VRM 1.0."""
+"""Suffix of VRM."""
 
 FORMATS = (*CHARACTER_FORMATS, *PAGE_FORMATS)
 """What --out may be: characters as data, and as a page that shows them."""
@@ -65,6 +67,7 @@ class Options:
     rigging: RigOptions = group(RigOptions, "files for other tools")
     author: str = option("of a .vrm: who made the avatar", default="")
     licence_url: str = option("of a .vrm: address of the licence that you grant", default="", metavar="URL")
+    vrm: str = option("of a .vrm: edition of the format; 0.x for VSeeFace and other programs that read nothing newer", default="1.0", choices=EDITIONS)
     deform: DeformSettings = settings(DeformSettings, users=("method",))
     engines: EngineOptions = group(EngineOptions, "files for other tools")
     running: RunOptions = group(RunOptions, "how it runs")
@@ -79,7 +82,7 @@ class Options:
 def run(options: Options) -> Answer:
     """Make the character and its clips."""
     path = Path(options.out)
-    avatar = avatar_of(path, options.rigging, author=options.author, licence_url=options.licence_url)
+    avatar = avatar_of(path, options.rigging, author=options.author, licence_url=options.licence_url, edition=options.vrm)
     wanted = _wanted(options, path)
     options.engines.check(path)
     motions = {name: options.motion(name, file) for name, file in wanted.items()}
@@ -157,7 +160,7 @@ def write_animated(path: Path, animated: Animated, rigging: RigOptions, engines:
     return engines.write(path, person, write)
 
 
-def avatar_of(path: Path, rigging: RigOptions, *, author: str, licence_url: str) -> VrmMeta | None:
+def avatar_of(path: Path, rigging: RigOptions, *, author: str, licence_url: str, edition: str = EDITIONS[0]) -> VrmMeta | None:
     """What a ``.vrm`` says about itself; None for other files.
 
     Raises
@@ -169,7 +172,7 @@ def avatar_of(path: Path, rigging: RigOptions, *, author: str, licence_url: str)
         writer_of(path, FORMATS)
         return None
     check_avatar(rigging)
-    return VrmMeta(name=path.stem, author=author, licence_url=licence_url)
+    return VrmMeta(name=path.stem, author=author, licence_url=licence_url, edition=edition)
 
 
 def _wanted(options: Options, path: Path) -> dict[str, str | None]:

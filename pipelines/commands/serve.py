@@ -15,6 +15,7 @@ from pathlib import Path
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
+from a2v.system import keep_files_private, lock
 from pipelines.answer import Answer
 from pipelines.engine.store import Store
 from pipelines.inputs import RunOptions, check_writable
@@ -53,7 +54,7 @@ def run(options: Options) -> Answer:
 
     if options.workers is not None and options.workers < 1:
         raise InputError(f"workers is {options.workers}; expected 1 or more")
-    os.umask(0o077)  # photos, videos and the token are their user's alone
+    keep_files_private()  # photos, videos and the token are their user's alone
     folder = _private(options.folder)
     Store(options.cache).prepare()
     with _only_one(folder), _listening(options.port) as listener:
@@ -81,14 +82,22 @@ def run(options: Options) -> Answer:
 
 
 def compute() -> None:
-    """Be a child process of the page: videos are made by the command's own function."""
-    from pipelines.commands import video
+    """Be a child process of the page: videos and files for other tools are made by the commands' own functions."""
+    from pipelines.commands import character, video
+    from pipelines.engines import EngineOptions
+    from pipelines.rigs import RigOptions
     from pipelines.serve.worker import main
 
     def make(request: VideoRequest, out: str, running: RunOptions) -> Answer:
         return video.run(video.Options(person=request.person, out=out, motion=request.motion, film=request.film, running=running))
 
-    main(make)
+    def write(request: VideoRequest, clip: str, target: Path, rig: str, running: RunOptions) -> list[Path]:
+        rigging = RigOptions(rig=rig)
+        avatar = character.avatar_of(target, rigging, author="", licence_url="")
+        animated = character.animate(request.person, {clip: request.motion}, running, deform=None, folder=target.parent)
+        return character.write_animated(target, animated, rigging, EngineOptions(), avatar)
+
+    main(make, write)
 
 
 def _private(asked: str | None) -> Path:
@@ -110,13 +119,9 @@ def _private(asked: str | None) -> Path:
 @contextlib.contextmanager
 def _only_one(folder: Path) -> Iterator[None]:
     """Hold the folder: two servers would do every job twice."""
-    import fcntl
-
     with open(folder / "lock", "a", encoding="utf-8") as stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(f"a page runs on {folder} already; open its address, end it first, or choose another --folder") from None
+        if not lock(stream.fileno()):
+            raise InputError(f"a page runs on {folder} already; open its address, end it first, or choose another --folder")
         yield
 
 

@@ -128,7 +128,7 @@ def _write_report(options: Options, resolved: Resolved, outcome: Outcome, writte
     request, running, parameters = options.request, options.running, resolved.parameters
     inputs = request.files() | ({} if resolved.recorded else {"model": parameters["model"].path})
     given = {"executor": running.executor, "workers": running.workers, "start": options.start, "only": options.only}
-    given |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion")}
+    given |= {name: getattr(options.rigging, name) for name in ("rig", "root_motion", "visemes")}
     report = make_report(
         outcome, command="video", parameters={**request.described(), **resolved.in_force, **given}, inputs=inputs, outputs=written
     )

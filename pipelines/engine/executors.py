@@ -20,6 +20,7 @@ from typing import Any, Literal
 from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.io import discard_unfinished, shorten
 from a2v.processes import safe_children, start_fork_server
+from a2v.system import core_count, start_method
 from pipelines.engine.closure import top_folder
 
 ExecutorName = Literal["serial", "local", "dask", "ray"]
@@ -144,7 +145,7 @@ def _start_pool(workers: int) -> ProcessPoolExecutor:
             else:
                 os.environ[name] = value
     given = {name: os.environ[name] for name in _HANDED_DOWN if name in os.environ}
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_start_worker, initargs=(given,))
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context(start_method()), initializer=_start_worker, initargs=(given,))
 
 
 def _start_worker(environment: dict[str, str]) -> None:
@@ -171,7 +172,7 @@ def _start_worker(environment: dict[str, str]) -> None:
 
 def cpu_count() -> int:
     """Processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+    return core_count()
 
 
 @contextlib.contextmanager

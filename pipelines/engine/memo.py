@@ -20,13 +20,13 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import joblib
 import numpy as np
 
 from a2v.errors import A2VError
+from a2v.system import peak_memory
 from a2v.types import Progress
 from pipelines.engine import store as storage
 from pipelines.engine.closure import code_digest
@@ -268,24 +268,3 @@ def progress() -> Progress:
             emit(node=name, progress=[int(done), int(total)])
 
     return report
-
-
-@contextlib.contextmanager
-def peak_memory() -> Iterator[Callable[[], int]]:
-    """Yield a function that tells the process's highest resident memory since, in bytes."""
-    with contextlib.suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # Linux: starts the high-water mark anew
-
-    def peak() -> int:
-        try:
-            for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
-                if line.startswith("VmHWM:"):
-                    return int(line.split()[1]) * 1024
-        except OSError:
-            pass
-        import resource
-
-        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        return used if sys.platform == "darwin" else used * 1024
-
-    yield peak

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from a2v.body import FitSettings
-from a2v.perception import PerceptionSettings
+from a2v.perception import Corrections, PerceptionSettings
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
 from a2v.reconstruction.canonical import CharacterSettings
@@ -16,6 +17,7 @@ from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.store import Ref, get, put
 from pipelines.nodes.fits import Fitted
+from pipelines.nodes.reconstruction import build_character
 from pipelines.nodes.subject import found_in
 from pipelines.nodes.values import Blob
 
@@ -23,7 +25,7 @@ from pipelines.nodes.values import Blob
 @memo()
 def other_subject(other: Ref[Blob], perception: PerceptionSettings) -> Ref[Subject]:
     """As `subject`, of a further photo."""
-    return put(found_in(other, None, None, perception))
+    return put(found_in(other, None, None, Corrections(), perception))
 
 
 @memo(remember=False)
@@ -51,7 +53,7 @@ def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) 
     from a2v.body.together import doubts_of, fit_together
 
     alone = [get(ref, Fitted) for ref in each_fit]
-    used = [number for number, one in enumerate(alone) if one.understood or number == 0]
+    used = _used(alone)
     if len(used) < len(alone):
         note(f"{len(alone) - len(used)} of the further photos were not understood, and are left out")
     fits = [alone[number].result for number in used]
@@ -59,8 +61,18 @@ def joint_fit(each_subject: np.ndarray, each_fit: np.ndarray, fit: FitSettings) 
     measure({**results[0].residuals, "other_photos": [result.residuals for result in results[1:]]})
     for text in doubts_of(fits, results):
         note(text)
-    found = dict(zip(used, (Fitted(body=result.body, camera=result.camera) for result in results), strict=True))
-    return [put(found.get(number, one)) for number, one in enumerate(alone)]
+    return _replaced(alone, used, [Fitted(body=result.body, camera=result.camera) for result in results])
+
+
+def _used(fits: Sequence[Fitted]) -> list[int]:
+    """Which photos count: the first one, and the further ones that were understood."""
+    return [number for number, one in enumerate(fits) if one.understood or number == 0]
+
+
+def _replaced(fits: Sequence[Fitted], used: Sequence[int], new: Sequence[Fitted]) -> list[Ref[Fitted]]:
+    """The fits of all photos, with the `new` ones of those that are `used`."""
+    found = dict(zip(used, new, strict=True))
+    return [put(found.get(number, one)) for number, one in enumerate(fits)]
 
 
 @memo()
@@ -79,15 +91,14 @@ def surface_fit(each_subject: np.ndarray, joint_fit: np.ndarray, each_surface: n
     from a2v.body.together import fit_together
 
     before = [get(ref, Fitted) for ref in joint_fit]
-    used = [number for number, one in enumerate(before) if one.understood or number == 0]
+    used = _used(before)
     subjects, people = [get(each_subject[number], Subject) for number in used], [get(each_surface[number], Reconstruction) for number in used]
     fits = [before[number].result for number in used]
     if not any(person.from_body for person in people):
         fits = fit_together(subjects, fits, settings=fit, surfaces=[person.surface for person in people], progress=progress())
         measure(fits[0].residuals)
     bodies = [bend_fingers(one.body, subject, one.camera) if hands.bend else one.body for one, subject in zip(fits, subjects, strict=True)]
-    found = dict(zip(used, (Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)), strict=True))
-    return [put(found.get(number, one)) for number, one in enumerate(before)]
+    return _replaced(before, used, [Fitted(body=body, camera=one.camera) for body, one in zip(bodies, fits, strict=True)])
 
 
 @memo(remember=False)
@@ -102,14 +113,8 @@ def person_of_photos(
     each_subject: np.ndarray, each_surface: np.ndarray, surface_fit: np.ndarray, face: FaceSettings, figure: CharacterSettings
 ) -> Ref[Reconstruction]:
     """As `surface_with_face`: the canonical character by what all photos show."""
-    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs
-
     main, *others = _sights(each_subject, each_surface, surface_fit)
-    hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
-    made = canonical_person(main.person, main.subject, main.body, main.camera, settings=figure, face=face, hangs=hangs, others=others)
-    if made.surface.provenance.get("small_face"):
-        note(SMALL_FACE)
-    return put(made)
+    return put(build_character(main, figure, face, others))
 
 
 @memo()

@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from a2v.animation import RetargetSettings
 from a2v.rendering.place import Place
+from a2v.rendering.room import Spot
 from a2v.types import Body, Character, PhotoCamera, RenderSettings, Subject, Surface
-from pipelines.engine.memo import measure, memo
+from pipelines.engine.memo import measure, memo, note
 from pipelines.engine.store import Ref, current, get, put
 from pipelines.nodes.rendering import encode, threaded
 from pipelines.nodes.values import Blob, Image, Poses, Vertices, load_character
 
+_STAYS = 0.95
+"""From this share of the frames on the floor and in the picture nothing is said."""
 _TRIAL = 256
 """Pixels a side of the picture by which the lights are set; twice as many where their light on the person is read."""
 
@@ -58,14 +62,34 @@ def place(
 
 
 @memo()
-def photo_frame(body: Ref[Body], shaded_surface: Ref[Surface], vertices: Ref[Vertices], place: Ref[Place], frame_settings: Ref[RenderSettings]) -> Ref[Image]:
+def spot(poses: Ref[Poses], body: Ref[Body], place: Ref[Place], retarget: RetargetSettings) -> list[Ref[Spot]]:
+    """Where each frame stands in the photo's place: the clip's way is turned and bent so that it stays on the floor and in the picture."""
+    from a2v.rendering.room import find_detour, find_floor, standing_room
+
+    moves, where = get(poses, Poses), get(place, Place)
+    roots = moves.bone_transforms[:, 0, :3, 3][:, [0, 2]]
+    floor = find_floor(where.picture, where.camera, roots[0])
+    tall = float(np.ptp(get(body, Body).vertices[:, 1]))
+    allowed = standing_room(floor, where.camera, where.frame, len(where.picture), tall)
+    found = find_detour(roots, allowed, fps=moves.fps, entering=retarget.from_photo)
+    measure({"on_floor_and_in_picture": found.share})
+    if found.share < _STAYS:
+        note(f"the photo shows too little floor: {1 - found.share:.0%} of the frames of photo.mp4 leave it, or the picture")
+    return [put(one) for one in found.spots]
+
+
+@memo()
+def photo_frame(
+    body: Ref[Body], shaded_surface: Ref[Surface], vertices: Ref[Vertices], spot: Ref[Spot], place: Ref[Place], frame_settings: Ref[RenderSettings]
+) -> Ref[Image]:
     """Render one frame in the photo's place."""
     from a2v.animation.entrance import photo_to_world
     from a2v.rendering.viewpoint import as_seen
 
     renderer, where = _renderer(current().address, shaded_surface, place, frame_settings), get(place, Place)
     start = get(shaded_surface, Surface).vertices + photo_to_world(get(body, Body)).astype(np.float32)
-    return put(Image.of(renderer.render(as_seen(get(vertices, Vertices).vertices, start, where.moved), where.camera)))
+    shown = get(spot, Spot).moved(get(vertices, Vertices).vertices)
+    return put(Image.of(renderer.render(as_seen(shown, start, where.moved), where.camera)))
 
 
 @functools.lru_cache(maxsize=1)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings
 from a2v.reconstruction.backends import BackendSettings
-from a2v.reconstruction.canonical import CharacterSettings
+from a2v.reconstruction.canonical import CharacterSettings, Sight
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.engine.memo import memo, note, progress
 from pipelines.engine.store import Ref, get, put
@@ -45,17 +46,25 @@ def surface_with_face(
     figure: CharacterSettings,
 ) -> Ref[Reconstruction]:
     """Lay the body's own face, which has expressions, where the photo shows one; or build the canonical character, of which it is a part."""
-    from a2v.reconstruction.canonical import SMALL_FACE, canonical_person, hangs_between_legs, is_canonical
+    from a2v.reconstruction.canonical import is_canonical
     from a2v.reconstruction.face import add_face
 
     person, camera, fitted = get(surface_with_hands, Reconstruction), get(photo_camera, PhotoCamera), get(body, Body)
     if not is_canonical(fitted, figure):
         return put(add_face(person, get(subject, Subject), fitted, camera, settings=face))
-    hangs = hangs_between_legs(person.surface, fitted, get(subject, Subject), camera)
-    made = canonical_person(person, get(subject, Subject), fitted, camera, settings=figure, face=face, hangs=hangs)
+    return put(build_character(Sight(get(subject, Subject), fitted, camera, person), figure, face))
+
+
+def build_character(sight: Sight, figure: CharacterSettings, face: FaceSettings, others: Sequence[Sight] = ()) -> Reconstruction:
+    """The canonical person of one photo and of `others`; a face that is small in the photo is noted."""
+    from a2v.reconstruction.canonical import SMALL_FACE, TURNED_FACE, canonical_person
+
+    made = canonical_person(sight, settings=figure, face=face, others=others)
     if made.surface.provenance.get("small_face"):
         note(SMALL_FACE)
-    return put(made)
+    elif made.surface.provenance.get("turned_face"):
+        note(TURNED_FACE)
+    return made
 
 
 @memo()
@@ -63,10 +72,7 @@ def colored_surface(
     surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """Project the photo on what it sees and colour the rest (Eq. 14); the fitted body says what is the head."""
-    from a2v.reconstruction.backends import color_by_photo
-
-    person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
-    return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress()))
+    return put(_colored(surface_with_face, subject, body, photo_camera, color))
 
 
 @memo()
@@ -74,8 +80,13 @@ def shaded_surface(
     surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Ref[Surface]:
     """As `colored_surface`, but with the photo's shading left in: what looks as in the photo without any light."""
+    return put(_colored(surface_with_face, subject, body, photo_camera, dataclasses.replace(color, delight=False)))
+
+
+def _colored(
+    surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
+) -> Surface:
     from a2v.reconstruction.backends import color_by_photo
 
     person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
-    lit = dataclasses.replace(color, delight=False)
-    return put(color_by_photo(person, get(subject, Subject), fitted, camera, settings=lit, progress=progress()))
+    return color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress())

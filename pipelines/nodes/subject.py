@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from a2v.errors import InputError
-from a2v.perception import PerceptionSettings
+from a2v.perception import Corrections, PerceptionSettings
 from a2v.types import Subject
 from pipelines.engine.memo import memo, note
 from pipelines.engine.store import Ref, get, put
@@ -13,12 +13,16 @@ from pipelines.nodes.values import Blob
 
 
 @memo()
-def subject(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Ref[Subject]:
-    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors."""
-    return put(found_in(photo, mask, keypoints, perception))
+def subject(
+    photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, corrections: Corrections, perception: PerceptionSettings
+) -> Ref[Subject]:
+    """Find the person: landmarks, mask, crop. A mask (an image) and OpenPose keypoints (JSON) replace the detectors, corrections what either says."""
+    return put(found_in(photo, mask, keypoints, corrections, perception))
 
 
-def found_in(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, perception: PerceptionSettings) -> Subject:
+def found_in(
+    photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | None, corrections: Corrections, perception: PerceptionSettings
+) -> Subject:
     """The person in a photo; see `subject`."""
     from a2v.perception import decode_mask, decode_photo, find_person, read_openpose
     from a2v.perception.photo import focal_length
@@ -35,7 +39,7 @@ def found_in(photo: Ref[Blob], mask: Ref[Blob] | None, keypoints: Ref[Blob] | No
         )
     )
     try:
-        found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception)
+        found = find_person(pixels, mask=given_mask, keypoints=given_keypoints, settings=perception, corrections=corrections)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     for warning in found.warnings:

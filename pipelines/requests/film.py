@@ -36,7 +36,7 @@ class FilmRequest(Request):
         f"of {', '.join(VIEWS)}, turntable and those of --camera (default: the four)", default=None
     )
     camera: str = option(
-        f"{FOLLOW}: the four views go along with the character; {STILL}: they stand still; or a YAML file of cameras (docs/rendering.md)",
+        f"{FOLLOW} the character, {STILL}, or a YAML file of cameras (docs/rendering.md)",
         default=FOLLOW,
         metavar="WHAT",
     )

@@ -32,12 +32,10 @@ if TYPE_CHECKING:
 
 AUTO = "auto"
 """The default, which is all that there is (`a2v.motion.plan`)."""
-FEW = "cmu"
-"""The papers' eight actions."""
 MANY = "cmu-fine"
 """The model with most, which can be directed."""
 
-MODEL = f"what makes it: {AUTO} (all models and clips), clips, a model's name, or an .onnx file"
+MODEL = f"what makes it: {AUTO} (all of them), clips, a model's name, or an .onnx file"
 """What the options that name a motion model say."""
 
 ACTION = "what to do, by name or in words, one after the other with commas or 'then' (see a2v actions)"

@@ -9,7 +9,9 @@ from a2v.animation import BindSettings, EngineSettings
 from a2v.body import FitSettings, load_body_model
 from a2v.body.registry import MODEL_SUFFIXES, MODELS
 from a2v.errors import InputError
-from a2v.perception import PerceptionSettings
+from a2v.io import read_bytes
+from a2v.perception import Corrections, PerceptionSettings, read_corrections
+from a2v.perception.corrections import MAX_BYTES
 from a2v.reconstruction import ColorSettings, FaceSettings, HandSettings, ImplicitSettings, SurfaceSettings
 from a2v.reconstruction.backends import DEFAULT_BACKEND, NAMES, BackendSettings, plugged
 from a2v.reconstruction.canonical import CharacterSettings
@@ -33,7 +35,8 @@ class PhotoOptions:
         default=None, metavar="FILES", rare=True,
     )  # fmt: skip
     mask: str | None = option("image of the photo's size, white where the person is; replaces the detector's", default=None, metavar="FILE")
-    keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE")
+    keypoints: str | None = option("OpenPose JSON; replaces the detector's", default=None, metavar="FILE", rare=True)
+    corrections: str | None = option("YAML file: landmarks, limbs in front or behind, strokes of the mask, which person", default=None, metavar="FILE")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,8 +118,8 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
         paths = listed(self.more or "")
         if paths and (self.character != "canonical" or self.fit.model != FitSettings.model):
             raise InputError("several photos need the body model anny and --character canonical; leave --fit.model and --character out, or give one photo")
-        files = {item.name: getattr(self, item.name) for item in dataclasses.fields(PhotoOptions) if item.name != "more"}
-        parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters()
+        files = {name: getattr(self, name) for name in ("photo", "mask", "keypoints")}
+        parameters = {name: put_file(store, path) for name, path in files.items()} | self.parameters() | {"corrections": corrections_of(self.corrections)}
         if not paths:
             return parameters
         photos = [ref for path in (self.photo, *paths) if (ref := put_file(store, path)) is not None]
@@ -124,6 +127,17 @@ class PersonRequest(Request, PersonStages, PhotoOptions):
             raise InputError("one photo is given twice; give every photo of the person once")
         del parameters["body_model"]  # the shape that they share is Anny's
         return parameters | {"other": sorted(photos[1:], key=lambda ref: ref.digest)}  # their order means nothing
+
+
+def corrections_of(path: str | None) -> Corrections:
+    """The corrections of a YAML file; none without one.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or says what cannot be.
+    """
+    return Corrections() if path is None else read_corrections(read_bytes(path, limit=MAX_BYTES), path)
 
 
 MOST_PHOTOS = 8

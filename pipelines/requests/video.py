@@ -95,7 +95,7 @@ class VideoRequest:
         return Resolved(parameters=parameters, recorded=self.motion.motion is not None, understood=moving.understood)
 
 
-FILES = ("photo", "mask", "keypoints", "motion", "timeline", "keyframes")
+FILES = ("photo", "mask", "keypoints", "corrections", "motion", "timeline", "keyframes")
 """Values that name a file."""
 MAYBE_FILES = ("model", "background", "camera", "look", "path")
 """Values that may."""

@@ -9,7 +9,7 @@ import functools
 import json
 import shutil
 import stat
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,21 +19,28 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from a2v.animation import RIGS
 from a2v.errors import A2VError, InputError
 from a2v.io import printable
+from a2v.kinematics.names import LIMB_BONES
+from a2v.perception import Corrections
+from a2v.perception.corrections import MAX_BYTES as MAX_CORRECTIONS
 from a2v.sessions import WEIGHTS
+from pipelines.requests.person import corrections_of
 from pipelines.serve.archive import zipped
 from pipelines.serve.desk import Desk
 from pipelines.serve.edge import MAX_UPLOAD, read_json, save_photo, title
 from pipelines.serve.guard import Guard
 from pipelines.serve.records import MASK, SHOWN, Job, Library, Photo
 from pipelines.serve.stages import STAGES
-from pipelines.serve.talk import ORIGINAL
+from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.wishes import MAX_ACTION, MODELS, Wish, choices, understood
 from pipelines.serve.worker import TURN
 
 MAX_ARRIVING = 32
 """Photos that may be on their way at once."""
+EXPORTS = (".glb", ".fbx", ".usdz", ".vrm", ".html")
+"""Formats of characters that the page offers."""
 SAMPLE = WEIGHTS.parent / "samples" / "person.jpg"
 PAGE = Path(__file__).parent / "page"
 _TYPES = {
@@ -107,6 +114,12 @@ class Handlers:
             Route("/api/sample", self.take_sample, methods=post),
             Route("/api/photos/{id}", self.remove_photo, methods=delete),
             Route("/api/photos/{id}/again", self.look_again, methods=post),
+            Route("/api/photos/{id}/corrections", self.corrections, methods=get),
+            Route("/api/photos/{id}/corrections", self.correct, methods=["PUT"]),
+            Route("/api/photos/{id}/outline", self.outline, methods=post),
+            Route("/api/photos/{id}/more", self.take_more, methods=post),
+            Route("/api/photos/{id}/more", self.remove_more, methods=delete),
+            Route("/api/jobs/{id}/export", self.export, methods=post),
             Route("/api/damaged", self.remove_damaged, methods=delete),
             Route("/api/jobs", self.take_job, methods=post),
             Route("/api/jobs/{id}", self.remove_job, methods=delete),
@@ -130,7 +143,7 @@ class Handlers:
 
     async def choices(self, request: Request) -> Response:
         """What may be chosen."""
-        return Told(await self._desk.threads.do(choices) | {"upload": MAX_UPLOAD})
+        return Told(await self._desk.threads.do(choices) | {"upload": MAX_UPLOAD, "rigs": RIGS, "formats": EXPORTS, "limbs": list(LIMB_BONES)})
 
     async def state(self, request: Request) -> Response:
         """Photos and jobs as they are."""
@@ -197,6 +210,48 @@ class Handlers:
         self._desk.again(self._photo(request))
         return Told({})
 
+    async def corrections(self, request: Request) -> Response:
+        """What the user has corrected of a photo."""
+        photo = self._photo(request)
+        path = self._library.place(photo) / CORRECTIONS if photo.corrected else None
+        return Told((await self._desk.threads.do(corrections_of, None if path is None else str(path))).said())
+
+    async def correct(self, request: Request) -> Response:
+        """Corrections that count from now on; what is empty takes them back."""
+        photo = self._photo(request)
+        self._desk.correct(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo))
+        return Told(_public(photo))
+
+    async def outline(self, request: Request) -> Response:
+        """The body's outline by corrections that are not kept."""
+        photo = self._photo(request)
+        return Told(await self._desk.outline(photo, _corrections(await read_json(request, MAX_CORRECTIONS), photo)))
+
+    async def take_more(self, request: Request) -> Response:
+        """A further photo of a person."""
+        photo = self._photo(request)
+        folder = self._library.arriving()
+        try:
+            await save_photo(request, folder / ORIGINAL)
+            await self._desk.add_more(photo, folder)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+        return Told(_public(photo), status_code=201)
+
+    async def remove_more(self, request: Request) -> Response:
+        """The further photos of a person go."""
+        await self._desk.remove_more(self._photo(request))
+        return Told({})
+
+    async def export(self, request: Request) -> Response:
+        """A finished character for another tool."""
+        said, job = await read_json(request), self._job(request)
+        rig, suffix = said.get("rig"), said.get("format")
+        if rig not in RIGS or suffix not in EXPORTS:
+            raise InputError(f"expected a rig ({', '.join(RIGS)}) and a format ({', '.join(EXPORTS)})")
+        await self._desk.export(job, str(rig), str(suffix))
+        return Told(_public(job))
+
     async def remove_damaged(self, request: Request) -> Response:
         """What cannot be read goes."""
         await self._desk.remove_damaged()
@@ -210,6 +265,7 @@ class Handlers:
             raise InputError("this photo is not here any more; choose another")
         wish = Wish.of(said.get("wish"))
         await self._desk.threads.do(understood, wish.model, wish.action)
+        await self._desk.threads.do(wish.check_path)
         job = self._library.add_job(photo, wish)
         self._desk.wake()
         return Told(_public(job), status_code=201)
@@ -232,9 +288,10 @@ class Handlers:
     async def photo_file(self, request: Request) -> Response:
         """What the page shows of a photo; the bytes that came in are never given out."""
         photo, name = self._photo(request), request.path_params["name"]
-        if name not in (SHOWN, MASK):
+        further = [f"more-{number + 1}.jpg" for number in range(len(photo.more))]
+        if name not in (SHOWN, MASK, CORRECTIONS, *further):
             raise HTTPException(404, "there is no such file")
-        return _file(self._library.place(photo) / name, self._library.folder)
+        return _file(self._library.place(photo) / name, self._library.folder, download=name if name == CORRECTIONS else None)
 
     async def job_file(self, request: Request) -> Response:
         """A result."""
@@ -261,6 +318,13 @@ class Handlers:
         if (job := self._library.jobs.get(request.path_params["id"])) is None:
             raise HTTPException(404, "this video is not here any more")
         return job
+
+
+def _corrections(said: Mapping[str, Any], photo: Photo) -> Corrections:
+    """The corrections in a request, which fit the photo."""
+    found = Corrections.of(said, "the request")
+    found.in_pixels(photo.width, photo.height)
+    return found
 
 
 def _public(item: Photo | Job) -> dict[str, Any]:

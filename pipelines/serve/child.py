@@ -5,13 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import os
-import signal
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from a2v.processes import python_command
+from a2v.system import end_group
 
 GRACE_SECONDS = 5.0
 """Between asking a process to end and ending it."""
@@ -103,8 +102,8 @@ class Child:
             process, self._process = self._process, None
             if process is None:
                 return
-            for number in (signal.SIGTERM, signal.SIGKILL):
+            for hard in (False, True):
                 with contextlib.suppress(ProcessLookupError):
-                    os.killpg(process.pid, number)
+                    end_group(process.pid, hard=hard)
                 with contextlib.suppress(TimeoutError, asyncio.TimeoutError):
                     await asyncio.wait_for(process.wait(), GRACE_SECONDS)

@@ -19,12 +19,14 @@ from typing import Any, TypeVar
 
 from a2v.errors import A2VError, InputError
 from a2v.io import atomic_path, read_bytes
+from a2v.perception import Corrections
 from pipelines.engine.forget import Forgotten, forget
 from pipelines.engine.store import Ref, Store
+from pipelines.requests.person import MOST_PHOTOS as MAX_PHOTOS
 from pipelines.serve.child import Child
 from pipelines.serve.owed import Owed
 from pipelines.serve.records import SHOWN, Job, Library, Photo
-from pipelines.serve.talk import ORIGINAL
+from pipelines.serve.talk import CORRECTIONS, ORIGINAL
 from pipelines.serve.threads import Threads
 
 IDLE_SECONDS = 900.0
@@ -64,6 +66,7 @@ class Desk:
         self._more = (asyncio.Event(), asyncio.Event())
         self._current: Job | None = None
         self._looking: Photo | None = None
+        self._served: list[Photo | Job] = []  # of whom somebody waits for an outline or a file
         self._forgetting = asyncio.Lock()
         self._owed = Owed(library.folder / _OWED)
         self._closing = False
@@ -111,6 +114,109 @@ class Desk:
         self.wake()
         return photo
 
+    async def add_more(self, photo: Photo, folder: Path) -> None:
+        """Take in the photo that has arrived in `folder` as a further one of the person in `photo`.
+
+        Raises
+        ------
+        InputError
+            It is no photo, the person has it already, or there are too many.
+        """
+        if "," in str(self.library.folder):
+            raise InputError("the page's folder has a comma in its name, which stands between further photos; start a2v serve with another --folder")
+        name = f"more-{len(photo.more) + 1}"
+        task = {"task": "open", "folder": str(folder), "file": str(folder / ORIGINAL), "shown": str(folder / SHOWN)}
+        answer = await self._opener.do(task, limit=OPEN_SECONDS)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        digest = answer["done"]["digest"]
+        if digest in (photo.digest, *photo.more):
+            raise InputError("this photo is here already; take one from another side")
+        if len(photo.more) + 2 > MAX_PHOTOS or photo.id not in self.library.photos:
+            raise InputError(f"at most {MAX_PHOTOS} photos of one person are taken")
+        (folder / ORIGINAL).rename(self.library.place(photo) / name)
+        (folder / SHOWN).rename(self.library.place(photo) / f"{name}.jpg")
+        photo.more, photo.known = [*photo.more, digest], False
+        self.library.keep(photo)
+
+    async def remove_more(self, photo: Photo) -> None:
+        """Remove the further photos of a person."""
+        for number in range(len(photo.more)):
+            for name in (f"more-{number + 1}", f"more-{number + 1}.jpg"):
+                (self.library.place(photo) / name).unlink(missing_ok=True)
+        gone, photo.more, photo.known = photo.more, [], False
+        self.library.keep(photo)
+        await self._forget(gone)
+
+    def correct(self, photo: Photo, corrections: Corrections) -> None:
+        """Keep what the user has corrected, and look at the photo again with it.
+
+        Raises
+        ------
+        InputError
+            The photo is being looked at, or the disk is full.
+        """
+        if photo.status == "looking":
+            raise InputError("this photo is being looked at; try again in a moment")
+        path = self.library.place(photo) / CORRECTIONS
+        if corrections:
+            with atomic_path(path) as temporary:
+                temporary.write_text(corrections.to_yaml(), encoding="utf-8")
+        else:
+            path.unlink(missing_ok=True)
+        photo.corrected, photo.known, photo.status, photo.problem = bool(corrections), False, "looking", ""
+        self.library.keep(photo)
+        self.wake()
+
+    async def outline(self, photo: Photo, corrections: Corrections) -> dict[str, Any]:
+        """The outline of the body that is fitted with these corrections, which are not kept; see `pipelines.serve.fitting.outline`.
+
+        Raises
+        ------
+        InputError
+            It cannot be made.
+        """
+        task = {"task": "outline", "folder": str(self.library.place(photo)), "cache": self._cache, "corrections": corrections.said()}
+        return await self._serve(photo, task)
+
+    async def _serve(self, item: Photo | Job, task: Mapping[str, Any]) -> dict[str, Any]:
+        """The answer of the process that looks at photos to somebody who waits for it."""
+        self._served.append(item)
+        try:
+            answer = await self._looker.do(task)
+        finally:
+            self._served.remove(item)
+        if "problem" in answer:
+            raise InputError(answer["problem"])
+        done: dict[str, Any] = answer["done"]
+        return done
+
+    async def export(self, job: Job, rig: str, suffix: str) -> None:
+        """Write a finished job's character for another tool, among its files.
+
+        Raises
+        ------
+        InputError
+            It is not finished, or it cannot be written.
+        """
+        if job.status != "done":
+            raise InputError("this video is not made yet")
+        photo = self.library.photos[job.photo]
+        task = {"task": "export", **self._asked(job, photo), "rig": rig, "format": suffix}
+        done = await self._serve(job, task)
+        job.files = job.files | done["files"]
+        self.library.keep(job)
+
+    def _asked(self, job: Job, photo: Photo) -> dict[str, Any]:
+        """What a task says of a job: folder, store, wish, and the files of the person."""
+        own = self.library.place(photo)
+        more = [str(own / f"more-{number + 1}") for number in range(len(photo.more))]
+        corrections = str(own / CORRECTIONS) if photo.corrected else None
+        return {
+            "folder": str(self.library.place(job)), "photo": str(own / ORIGINAL), "corrections": corrections, "more": more,
+            "cache": self._cache, "wish": job.wish.said(),
+        }  # fmt: skip
+
     async def warm(self) -> None:
         """Load what a video will need, while somebody still chooses."""
         if self._current is None and not self._maker.alive:
@@ -149,14 +255,18 @@ class Desk:
         while job := next((one for one in jobs() if not one.over), None):  # another may be asked for while one is being stopped
             await self.cancel(job)
         if isinstance(item, Photo):
-            self._owed.add(item.digest)
+            for digest in (item.digest, *item.more):
+                self._owed.add(digest)
         removed = jobs()
         folders = self.library.remove(item)
-        while self._current in removed or self._looking is item:
-            await (self._looker if self._looking is item else self._maker).stop()
+        waited = [item, *removed]
+        while self._current in removed or self._looking is item or any(one in waited for one in self._served):
+            await (self._maker if self._current in removed else self._looker).stop()
             await asyncio.sleep(0.01)
+        if isinstance(item, Photo) and self._looking is None and not self._served:
+            await self._looker.stop()  # it may hold what was seen of the photo
         await self.threads.do(_delete, [*folders, *map(self.library.place, [item, *removed])])
-        return await self._forget([item.digest]) if isinstance(item, Photo) else Forgotten()
+        return await self._forget([item.digest, *item.more]) if isinstance(item, Photo) else Forgotten()
 
     async def remove_damaged(self) -> None:
         """Remove the photos and videos whose records cannot be read."""
@@ -165,7 +275,7 @@ class Desk:
     async def _forget(self, digests: Iterable[str]) -> Forgotten:
         """Remove what the store remembers of photos, unless they are here a second time, and what belongs to nobody."""
         async with self._forgetting:
-            stays = {one.digest for one in self.library.photos.values() if one.digest}
+            stays = {digest for one in self.library.photos.values() for digest in (one.digest, *one.more) if digest}
             gone, keep = ([Ref[Any](digest) for digest in some if digest] for some in (set(digests) - stays, stays))
             return await self.threads.do(forget, Store(self._cache), gone, keep=list(keep), idle=SETTLED_SECONDS)
 
@@ -194,7 +304,7 @@ class Desk:
         if "problem" in answer:
             photo.status, photo.problem = "unusable", answer["problem"]
         else:
-            photo.status = "ready"
+            photo.status, photo.looks = "ready", photo.looks + 1
             for name, value in answer["done"].items():
                 setattr(photo, name, value)
         self.library.keep(photo)
@@ -216,10 +326,7 @@ class Desk:
         photo, begun = self.library.photos[job.photo], time.monotonic()
         self._current, job.status = job, "running"
         self.library.keep(job)
-        task = {
-            "task": "video", "folder": str(self.library.place(job)), "photo": str(self.library.place(photo) / ORIGINAL), "cache": self._cache,
-            "wish": job.wish.said(), "known": photo.known, "times": self._times(), "workers": self._workers,
-        }  # fmt: skip
+        task = {"task": "video", **self._asked(job, photo), "known": photo.known, "times": self._times(), "workers": self._workers}
         try:
             answer = await self._maker.do(task, lambda update: self.progress.__setitem__(job.id, update))
             if "problem" in answer:

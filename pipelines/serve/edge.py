@@ -54,8 +54,8 @@ def title(text: str) -> str:
     return Path(kept.replace("\\", "/")).stem.strip()
 
 
-async def read_json(request: Request) -> Mapping[str, Any]:
-    """The object that a request holds, its texts clean.
+async def read_json(request: Request, limit: int = MAX_WORDS) -> Mapping[str, Any]:
+    """The object that a request of at most `limit` bytes holds, its texts clean.
 
     Raises
     ------
@@ -65,7 +65,7 @@ async def read_json(request: Request) -> Mapping[str, Any]:
         413: it is too long; 408: it does not arrive.
     """
     data = bytearray()
-    async for part in _parts(request, MAX_WORDS, "the request is too long"):
+    async for part in _parts(request, limit, "the request is too long"):
         data += part
     if not data:
         raise InputError("the request is empty; expected an object")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from a2v.io import atomic_path
+from a2v.system import bound_memory
 from pipelines.serve.talk import Tell, answer
 
 SHOWN_SIDE = 1280
@@ -40,11 +41,7 @@ def open_photo(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
 
 def _bound_memory() -> None:
     """Let this process have so much and no more: what a photo of strangers may need to be decoded."""
-    import resource
-
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    if most == resource.RLIM_INFINITY or most > OPENER_BYTES:
-        resource.setrlimit(resource.RLIMIT_AS, (OPENER_BYTES, OPENER_BYTES))
+    bound_memory(OPENER_BYTES)
 
 
 def main() -> None:

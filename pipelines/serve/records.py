@@ -32,6 +32,8 @@ MAX_WAITING = 50
 MAX_JOBS = 1000
 """Jobs that are kept."""
 MAX_TITLE = 80
+MAX_ROW = 4
+"""Numbers of a row of numbers in a record."""
 SHOWN = "photo.jpg"
 """What the page shows of a photo."""
 MASK = "mask.png"
@@ -52,6 +54,10 @@ class Photo:
     width, height : of ``photo.jpg``, pixels
     landmarks : u, v in pixels of ``photo.jpg`` and confidence, in BlazePose order
     digest : of the value that the store has of it
+    people : left, top, right, bottom of all who were found, the largest first, fractions of the photo; empty where it is one
+    corrected : whether the user has corrected what was seen
+    looks : how often it was looked at, so that a browser knows an old outline
+    more : digests of further photos of the same person, ``more-1`` and so on in its folder
     """
 
     id: str
@@ -65,6 +71,10 @@ class Photo:
     landmarks: list[list[float]] = field(default_factory=list)
     known: bool = False  # whether its character was made here before
     digest: str = ""
+    people: list[list[float]] = field(default_factory=list)
+    corrected: bool = False
+    looks: int = 0
+    more: list[str] = field(default_factory=list)
 
     FOLDER, FILE = "photos", "photo.json"
     STATES = ("looking", "ready", "unusable")
@@ -108,8 +118,8 @@ def _texts(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(text, str) for text in value)
 
 
-def _points(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(point, list) and len(point) == 3 and all(map(_number, point)) for point in value)
+def _rows(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(row, list) and len(row) <= MAX_ROW and all(map(_number, row)) for row in value)
 
 
 def _sizes(value: object) -> bool:
@@ -119,7 +129,7 @@ def _sizes(value: object) -> bool:
 _CHECKS: Mapping[str, Any] = {
     "str": lambda value: isinstance(value, str), "float": _number, "bool": lambda value: isinstance(value, bool),
     "int": lambda value: isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 31,
-    "list[str]": _texts, "list[list[float]]": _points, "dict[str, int]": _sizes, "Wish": lambda value: isinstance(value, Wish),
+    "list[str]": _texts, "list[list[float]]": _rows, "dict[str, int]": _sizes, "Wish": lambda value: isinstance(value, Wish),
 }  # fmt: skip
 """Whether a value is of the type that a field of a record is annotated with."""
 
@@ -144,6 +154,8 @@ def read_record(kind: type[Kept], folder: Path) -> Kept:
             raise InputError(f"the record of {folder.name} has no usable {entry.name}")
     if item.id != folder.name or not _ID.fullmatch(item.id) or item.status not in kind.STATES:
         raise InputError(f"the record of {folder.name} is another one's")
+    if isinstance(item, Photo) and any(len(point) != 3 for point in item.landmarks):
+        raise InputError(f"the record of {folder.name} has no usable landmarks")
     return item
 
 

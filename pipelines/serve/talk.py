@@ -19,6 +19,9 @@ from a2v.io import printable
 ORIGINAL = "original"
 """A photo as it came, in the folder of a photo."""
 
+CORRECTIONS = "me.yaml"
+"""What the user has corrected of it, beside it."""
+
 Tell = Callable[[Mapping[str, object]], None]
 Work = Callable[[Mapping[str, Any], Tell], "dict[str, object] | None"]
 """Does a task; what it returns is its answer, and None where nobody waits for one."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +28,9 @@ SAMPLES = (1, 64)
 SECONDS = (0.1, 60.0)
 RATES = (5.0, 60.0)
 MAX_ACTION = 300
+MAX_PATH = 40
+"""Points of a path."""
+_PATH = re.compile(r"|-?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?( -?\d{1,2}(\.\d{1,2})?,-?\d{1,2}(\.\d{1,2})?){1,39}", re.ASCII)
 ASPECTS = ("1:1", "9:16", "16:9", "4:5")
 """Shapes of a view that the page offers."""
 MODELS = (AUTO, "cmu-fine", "cmu", CLIPS, "humanact12-fine", "humanact12")
@@ -57,6 +60,8 @@ class Wish:
     aspect : str
         One of `ASPECTS`.
     camera : "follow" or "still"
+    path : str
+        Points ``x,z x,z ...`` on the ground to go along, metres; empty for none.
     """
 
     action: str
@@ -71,6 +76,7 @@ class Wish:
     look: str = LOOKS[0]
     aspect: str = ASPECTS[0]
     camera: str = FOLLOW
+    path: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.action, str) or not self.action.strip() or len(self.action) > MAX_ACTION:
@@ -88,6 +94,8 @@ class Wish:
             raise InputError(f"views are {brief(self.views)}; choose some of {', '.join(ALL_VIEWS)}, each once")
         if not isinstance(self.background, str) or not re.fullmatch(r"stage|transparent|photo|#[0-9a-f]{6}", self.background):
             raise InputError(f"background is {brief(self.background)}; expected stage, transparent, photo or a colour such as #30506f")
+        if not isinstance(self.path, str) or not _PATH.fullmatch(self.path):
+            raise InputError(f"path is {brief(self.path)}; expected 2 to {MAX_PATH} points 'x,z x,z ...' in metres, each at most 99.99")
         for name, known in (("look", LOOKS), ("aspect", ASPECTS), ("camera", (FOLLOW, STILL))):
             if getattr(self, name) not in known:
                 raise InputError(f"{name} is {brief(getattr(self, name))}; choose from {', '.join(known)}")
@@ -125,9 +133,21 @@ class Wish:
         """Frames of the video."""
         return length_of(frames=None, seconds=self.seconds, fps=self.fps)
 
-    def request(self, photo: str) -> VideoRequest:
-        """The video that it stands for."""
-        return VideoRequest.of(photo=photo, **self.said())
+    def request(self, photo: str, corrections: str | None = None, more: Sequence[str] = ()) -> VideoRequest:
+        """The video that it stands for, of a photo's file, those of its corrections and of further photos of the person."""
+        said = self.said() | {"path": self.path or None}
+        return VideoRequest.of(photo=photo, corrections=corrections, more=",".join(more) or None, **said)
+
+    def check_path(self) -> None:
+        """Refuse a path where the action cannot be directed, before it waits in the queue.
+
+        Raises
+        ------
+        InputError
+            It cannot.
+        """
+        if self.path:
+            self.request("photo").motion.resolve()
 
 
 def _check(name: str, value: object, limits: tuple[float, float], kind: type) -> None:

@@ -16,6 +16,7 @@ from pipelines.engine.progress import Listener, Update
 from pipelines.inputs import RunOptions
 from pipelines.requests.video import VideoRequest, photo_parameters
 from pipelines.serve.clock import STILL, Clock
+from pipelines.serve.fitting import outline, saved
 from pipelines.serve.records import MASK
 from pipelines.serve.stages import STAGES, pictures
 from pipelines.serve.talk import ORIGINAL, Tell, answer
@@ -33,6 +34,10 @@ TURN = "turn.html"
 
 Make = Callable[[VideoRequest, str, RunOptions], object]
 """``a2v video``: what is asked for, folder, and how to run."""
+
+
+Write = Callable[[VideoRequest, str, Path, str, RunOptions], Sequence[Path]]
+"""``a2v character``: what is asked for, the clip's name, the file, the rig, and how to run; the files that it has written."""
 
 
 class WarmPool(Executor):
@@ -119,8 +124,9 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     Returns
     -------
     dict
-        "landmarks" in pixels of the shown photo, "warnings", "digest" of the photo in the store.
+        "landmarks" in pixels of the shown photo, "warnings", "digest" of the photo in the store, "people" in fractions of it.
     """
+    import numpy as np
     from PIL import Image
 
     from a2v.types import Subject
@@ -128,7 +134,7 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     from pipelines.run import run
 
     folder, store, size = Path(task["folder"]), Store(task["cache"]), (task["width"], task["height"])
-    parameters = photo_parameters(store, folder / ORIGINAL)
+    parameters = photo_parameters(store, folder / ORIGINAL, corrections=saved(folder))
     outcome = run("subject", executor="serial", store=store, **parameters)
     subject = outcome.get("subject", Subject)
     if not folder.is_dir():
@@ -136,7 +142,8 @@ def look(task: Mapping[str, Any], tell: Tell) -> dict[str, object]:
     with atomic_path(folder / MASK) as temporary:
         Image.fromarray(_shade(subject, size)).save(temporary, "png")
     warnings = [printable(text) for text in subject.warnings]
-    return {"landmarks": _landmarks(subject, size), "warnings": warnings, "digest": parameters["photo"].digest}
+    people = [] if subject.people is None else (subject.people / np.tile(subject.photo_size, 2)).round(4).tolist()
+    return {"landmarks": _landmarks(subject, size), "warnings": warnings, "digest": parameters["photo"].digest, "people": people}
 
 
 def _landmarks(subject: Subject, size: tuple[int, int]) -> list[list[float]]:
@@ -198,7 +205,7 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 
     early = {**pictures(folder, show), "glb": move}
     running = Watched(cache=task["cache"], quiet=True, pool=pool, listener=hear, early=early)
-    make(wish.request(task["photo"]), str(folder), running)
+    make(wish.request(task["photo"], task["corrections"], task["more"]), str(folder), running)
     outcome = running.outcomes[-1]
     spent = {
         name: stats.span[1] - stats.span[0] for name, stats in outcome.nodes.items() if not stats.cached and stats.span[1] > stats.span[0]
@@ -214,16 +221,38 @@ def video(task: Mapping[str, Any], tell: Tell, pool: Executor, make: Make) -> di
 # --- the process
 
 
-def main(make: Make) -> None:
-    """Serve tasks from standard input until it ends; videos are made by `make`."""
+def export(task: Mapping[str, Any], write: Write) -> dict[str, object]:
+    """Write the character with the motion of a finished video for another tool.
+
+    Returns
+    -------
+    dict
+        "files" with their bytes.
+    """
+    folder, wish = Path(task["folder"]), Wish.of(task["wish"])
+    request = wish.request(task["photo"], task["corrections"], task["more"])
+    target = folder / "exports" / f"{task['rig']}{task['format']}"
+    running = Watched(cache=task["cache"], quiet=True)
+    paths = write(request, wish.action, target, str(task["rig"]), running)
+    if not folder.is_dir():
+        raise InputError("the video was removed")
+    return {"files": {str(path.relative_to(folder)): path.stat().st_size for path in paths}}
+
+
+def main(make: Make, write: Write) -> None:
+    """Serve tasks from standard input until it ends; videos are made by `make`, files for other tools by `write`."""
     pools: list[WarmPool] = []
-    answer(lambda task, tell: serve(task, tell, pools, make))
+    answer(lambda task, tell: serve(task, tell, pools, make, write))
 
 
-def serve(task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make) -> dict[str, object] | None:
+def serve(task: Mapping[str, Any], tell: Tell, pools: list[WarmPool], make: Make, write: Write) -> dict[str, object] | None:
     """Do a task; None where nobody waits for an answer."""
     if task["task"] == "look":
         return look(task, tell)
+    if task["task"] == "outline":
+        return outline(task)
+    if task["task"] == "export":
+        return export(task, write)
     if not pools:
         pools.append(WarmPool(task.get("workers") or cpu_count()))
     if task["task"] == "video":

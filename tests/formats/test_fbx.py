@@ -30,7 +30,7 @@ Person = tuple[Character, dict[str, tuple[np.ndarray, float]]]
 
 @pytest.fixture(scope="module")
 def person(expressive: Character, data_dir: Path) -> Person:
-    """Textured, on Mixamo's rig, with expressions and two clips."""
+    """Textured, on Mixamo's rig, with expressions, VRChat's visemes and two clips."""
     character, surface = expressive, expressive.surface
     uv = (surface.vertices[surface.faces][..., :2] * [0.4, 0.5] + [0.5, 0.0]).astype(np.float32)
     texture = np.random.default_rng(0).integers(0, 255, (32, 32, 3), dtype=np.uint8)
@@ -39,7 +39,7 @@ def person(expressive: Character, data_dir: Path) -> Person:
         name: (retarget(read_motion(data_dir / "motions" / f"humanoid3d_{name}.txt", fps=FPS), character.body), FPS)
         for name in ("cartwheel", "walk")
     }
-    return prepare_rig(textured, moves, rig="mixamo")
+    return prepare_rig(textured, moves, rig="mixamo", visemes="vrchat")
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,8 @@ def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(seen: dict[str,
     assert face is not None
     assert set(seen["shapes"]) == set(face.names)
     _, source = cKDTree(character.surface.vertices).query(np.array(seen["vertices"]) / 100)
-    for name in ("eyeBlinkLeft", "jawOpen"):
+    assert {"vrc.v_sil", "vrc.v_aa", "vrc.v_ou"} <= set(face.names)
+    for name in ("eyeBlinkLeft", "jawOpen", "vrc.v_aa"):
         wanted = np.zeros_like(character.surface.vertices)
         moved, offsets = face.target(name)
         wanted[moved] = offsets

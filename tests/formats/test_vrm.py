@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import base64
-import html
 import json
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -18,12 +16,11 @@ from a2v.animation import deform, express, prepare_rig, retarget
 from a2v.formats import read_motion
 from a2v.formats.gltf import VrmMeta, write_vrm, write_vrma
 from a2v.formats.gltf.vrm import VRM_REQUIRED
+from tests.support.browser import THREE_VRM, bundled, told_by
 from tests.support.glb import Glb, validate
-from tests.support.npm import npm_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
-PACKAGES = ("three@0.187.0", "@pixiv/three-vrm@3.5.5", "@pixiv/three-vrm-animation@3.5.5", "esbuild@0.28.2")
 
 
 def shut_at(frame: int, frames: int) -> np.ndarray:
@@ -47,24 +44,9 @@ def files(person: tuple[Character, np.ndarray], tmp_path_factory: pytest.TempPat
 
 
 @pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """three-vrm with our script as one file; packages from npm in an ignored folder."""
-    if shutil.which("node") is None:
-        pytest.skip("three-vrm needs node; it is not installed")
-    folder = npm_folder("three-vrm", *PACKAGES)
-    source = folder / "look.mjs"  # beside its packages
-    source.write_bytes(Path(__file__).with_name("look_in_three_vrm.mjs").read_bytes())
-    out = tmp_path_factory.mktemp("bundle") / "look.js"
-    command = [
-        str(folder / "node_modules" / ".bin" / "esbuild"),
-        str(source),
-        "--bundle",
-        "--format=iife",
-        f"--outfile={out}",
-        "--log-level=error",
-    ]
-    subprocess.run(command, check=True, timeout=120)
-    return out.read_text(encoding="utf-8")
+def bundle() -> str:
+    """three-vrm with our script as one file."""
+    return bundled(Path(__file__).with_name("look_in_three_vrm.mjs"), "three-vrm", *THREE_VRM)
 
 
 def test_khronos_finds_nothing_wrong(files: tuple[Path, Path], validator: Path) -> None:
@@ -100,11 +82,8 @@ def test_the_avatar_has_the_bones_and_says_who_made_it(files: tuple[Path, Path],
 
 @pytest.mark.slow
 def test_three_vrm_moves_the_right_vertices(
-    files: tuple[Path, Path], person: tuple[Character, np.ndarray], bundle: str, tmp_path: Path
+    files: tuple[Path, Path], person: tuple[Character, np.ndarray], bundle: str
 ) -> None:
-    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if browser is None:
-        pytest.skip("no browser found (looked for chromium, google-chrome)")
     character, moves = person
     face = character.surface.face
     assert face is not None
@@ -118,15 +97,7 @@ def test_three_vrm_moves_the_right_vertices(
         "expressions": ["blinkLeft", "aa", "blinkRight"],
         "times": [frame / 10 for frame in frames],
     }
-    page = tmp_path / "page.html"
-    script = bundle.replace("</script", "<\\/script")
-    page.write_text(f"<meta charset=utf-8><body><script>window.given={json.dumps(given)}</script><script>{script}</script>")
-    flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=20000", f"--user-data-dir={tmp_path / 'profile'}"]
-    command = [browser, *flags, "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=False)
-    assert "TOLD " in done.stdout, done.stdout[-1500:] + done.stderr[-500:]
-    text = html.unescape(done.stdout.rpartition("TOLD ")[2].partition(" END")[0])
-    told: dict[str, Any] = json.loads(text)
+    told: dict[str, Any] = told_by(bundle, given)
     assert set(told["bones"]) >= VRM_REQUIRED
     assert told["meta"]["name"] == "Ada"
     assert told["lookAt"]

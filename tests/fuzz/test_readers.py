@@ -20,6 +20,7 @@ from PIL import Image as Pictures
 from a2v.body.smpl import JOINTS, SmplModel
 from a2v.formats import read_bvh, read_motion, write_bvh
 from a2v.formats.deepmimic import _FRAME, read_deepmimic
+from a2v.formats.gltf.people import read_person, write_person
 from a2v.kinematics import CMU
 from a2v.lab.datasets.arrays_pickle import read_arrays_pickle
 from a2v.lab.datasets.base import FileSource
@@ -27,6 +28,7 @@ from a2v.lab.evaluation.liquid_warp import read_face_texture
 from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
 from a2v.lab.studio.avatar_files import load_avatar
 from a2v.lab.studio.makehuman.assets import Archive
+from a2v.perception.corrections import draw_strokes, read_corrections
 from a2v.perception.landmarks import read_openpose
 from a2v.perception.photo import decode_mask, decode_photo
 from a2v.rendering.camera import CameraPath, read_cameras
@@ -185,6 +187,17 @@ def test_damaged_openpose(data):
     owes_a_sentence(lambda: read_openpose(data))
 
 
+CORRECTIONS = {
+    "units": "fractions", "person": 1, "landmarks": {"nose": [0.5, 0.1]}, "limbs": {"left_lower_arm": "front"},
+    "mask": [{"add": [[0.1, 0.2]], "radius": 0.1}],
+}  # fmt: skip
+
+
+@given(trees(CORRECTIONS))
+def test_corrections(tree):
+    owes_a_sentence(lambda: draw_strokes(np.zeros((9, 9), np.float32), read_corrections(json.dumps(tree).encode(), "x").in_pixels(9, 9).strokes))
+
+
 LOOK = "sun: [1.2, 1.0, 0.8]\nzenith: [0.4, 0.6, 0.8]\nhaze: 0.25\nsun_direction: [0.7, 0.9, 0.8]\nbounces: 2\n"
 CAMERAS = "hero: {azimuth: 30, elevation: 12, fov: 35}\norbit:\n  turn: 360\n  distance: 4\n  follow: false\ntripod: {origin: [2.5, 1.5, 3.0], target: [0, 0.9, 0]}\n"
 
@@ -299,3 +312,35 @@ SCENE = {
 @given(trees(SCENE), st.binary(min_size=512, max_size=512))
 def test_avatars(tree, binary):
     written(glb(tree, binary), ".glb", load_avatar)
+
+
+BONES = ("hips", "spine", "neck", "head", *(f"{side}{name}" for side in ("left", "right") for name in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")))
+PLACES = ([0, 1, 0], [0, 0.2, 0], [0, 0.3, 0], [0, 0.1, 0], *(place for side in (1, -1) for place in ([0.1 * side, 0, 0], [0, -0.4, 0], [0, -0.4, 0], [0.2 * side, 0.3, 0], [0.3 * side, 0, 0], [0.3 * side, 0, 0])))
+ABOVE = (-1, 0, 1, 2, 0, 4, 5, 1, 7, 8, 0, 10, 11, 1, 13, 14)
+PERSON = {
+    "nodes": [*({"name": name, "translation": place, "children": [child for child, parent in enumerate(ABOVE) if parent == number]} for number, (name, place) in enumerate(zip(BONES, PLACES, strict=True))), {"mesh": 0, "skin": 0}],
+    "skins": [{"joints": list(range(16))}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}],
+    "bufferViews": [{"byteOffset": 0, "byteLength": 512}], "buffers": [{"byteLength": 512}],
+    "accessors": [{"bufferView": 0, "componentType": 5122, "normalized": True, "count": 60, "type": "VEC3"}, {"componentType": 5121, "count": 60, "type": "VEC4"}, {"bufferView": 0, "componentType": 5121, "normalized": True, "count": 60, "type": "VEC4"}],
+    "extensions": {"VRM": {"humanoid": {"humanBones": [{"bone": name, "node": node} for node, name in enumerate(BONES)]}}},
+}  # fmt: skip
+
+
+@given(trees(PERSON), st.binary(min_size=512, max_size=512))
+def test_characters_of_others(tree, binary):
+    def dance(path: Path) -> None:
+        person = read_person(path)
+        still = person.body.rest_transforms[None].astype(float)
+        write_person(path.with_suffix(".out"), person, {"still": (still, 30.0)})
+        read_person(path.with_suffix(".out"))
+
+    written(glb(tree, binary), ".glb", dance)
+
+
+def test_a_whole_character_of_others_is_read(tmp_path):
+    """What `test_characters_of_others` breaks is read when it is whole."""
+    (tmp_path / "whole.glb").write_bytes(glb(PERSON, bytes(range(256)) * 2))
+    person = read_person(tmp_path / "whole.glb")
+    write_person(tmp_path / "out.glb", person, {"still": (person.body.rest_transforms[None].astype(float), 30.0)})
+    assert len(read_person(tmp_path / "out.glb").nodes) == 16

@@ -18,7 +18,7 @@ from pipelines.serve.desk import Desk
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
 from tests.support.hostile import FEW, TEXTS, VALUES, Tally, count, edited, owes_a_sentence, trees
-from tests.support.page import arrived
+from tests.support.page import ready
 from tests.support.uploads import hostile_uploads, picture
 
 TOKEN = "token"
@@ -54,11 +54,9 @@ def page() -> Iterator[tuple[Any, str, str]]:
     """The application with a photo and a job that failed, and their names; nothing is computed."""
     with tempfile.TemporaryDirectory() as folder:
         library = Library(Path(folder))
-        photo = arrived(library, picture(), "somebody")
-        photo.status = "ready"
+        photo = ready(library)
         job = library.add_job(photo, Wish(action="Walk", model="cmu"))
         job.status = "failed"
-        library.keep(photo)
         library.keep(job)
         desk = Desk(library, "", cache=str(Path(folder) / "store"))
         yield make_app(desk, TOKEN, lambda: None), photo.id, job.id

@@ -50,7 +50,7 @@ def test_a_loop_in_place_of_somebody_who_turns_closes(action: str) -> None:
     loop = make_loop(make_motion(MotionModel.load("cmu-fine"), [Step(action=action)], Take(frames=150, fps=30.0)), in_place=True)
     twice = np.concatenate([loop.joints] * 2)
     root = acceleration(twice[:, :1], loop.fps)[:, 0]
-    assert root[loop.frames - 2 : loop.frames].max() <= 1.2 * root[: loop.frames - 2].max()
+    assert root[loop.frames - 2 : loop.frames].max() <= 1.5 * root[: loop.frames - 2].max()
 
 
 def test_a_cycle_of_somebody_who_first_stands_moves() -> None:
@@ -162,4 +162,4 @@ def test_climbing_may_rise():
     assert rises(coarse, "Step")
     assert not any(rises(card, "Walk") for card in (fine, coarse))
     assert not rises(fine, "Salsa")
-    assert air_seconds(fine, "Salsa") < 0.2 < air_seconds(fine, "Hopscotch") == air_seconds(coarse, "Jump")
+    assert air_seconds(fine, "Salsa") < 0.35 < air_seconds(fine, "Hopscotch") == air_seconds(coarse, "Jump")

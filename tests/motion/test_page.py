@@ -16,7 +16,9 @@ from a2v import Character, InputError, MissingDependencyError
 from a2v.animation import RetargetSettings, retarget
 from a2v.animation.life import STILL
 from a2v.animation.rig import rig_of
+from a2v.formats import read_motion
 from a2v.formats.gltf import write_glb
+from a2v.formats.gltf.reading import read_glb
 from a2v.motion import MotionModel
 from a2v.motion.model import MotionModel as Model
 from a2v.motion.page import PACKAGES, page_graph, write_motion_page
@@ -152,6 +154,53 @@ def test_what_is_chosen_is_made(page: Page, path: Path) -> None:
     expect(told).to_contain_text("Guidance is not the model's own")
 
 
+def saved(page: Page, button: str, folder: Path) -> Path:
+    with page.expect_download() as download:
+        page.get_by_role("button", name=button).click()
+    path = folder / download.value.suggested_filename
+    download.value.save_as(path)
+    return path
+
+
+POSES = "async () => { const clip = await a2v.clip(); return framesOf(clip, clip.fps).map(pose => Array.from(pose)); }"
+
+
+@pytest.mark.slow
+def test_a_clip_is_saved_as_bvh_and_glb(path: Path, model: Model, visit: Callable[..., Page], tmp_path: Path) -> None:
+    page = visit(path, "action=salsa&seed=3&seconds=3&time=1", viewport={"width": 900, "height": 700})
+    poses = np.array(page.evaluate(POSES)).reshape(-1, len(model.card.joint_names), 3)
+    motion = read_motion(saved(page, "Save BVH", tmp_path))
+    assert motion.fps == pytest.approx(30)
+    assert set(motion.joint_names) == set(model.card.joint_names)
+    order = [motion.joint_names.index(name) for name in model.card.joint_names]
+    np.testing.assert_allclose(motion.joints[:, order], poses, atol=2e-3)  # every joint where the page has it
+    glb = read_glb(saved(page, "Save GLB", tmp_path))
+    assert [clip["name"] for clip in glb.items("animations")] == ["Salsa"]
+    assert len(glb.items("nodes")) == len(model.card.joint_names) - 1
+    assert len(glb.items("animations")[0]["channels"]) == 2 * len(glb.items("nodes"))
+
+
+@pytest.mark.slow
+def test_several_actions_and_an_address_that_tells_them(path: Path, visit: Callable[..., Page], model: Model) -> None:
+    page = visit(path, "time=0.5", viewport={"width": 900, "height": 700})
+    page.locator("#search").fill("walk for 2 s, then jump for 1 s")
+    page.keyboard.press("Enter")
+    expect(page.locator("#told")).to_contain_text("2 actions, made in")
+    expect(page.locator("#parts button")).to_have_text(["Walk 2 s ×"])
+    frames = page.evaluate("async () => { const clip = await a2v.clip(); return clip.joints.length / 3 / clip.parents.length; }")
+    assert frames == 3 * model.card.fps
+    joints = page.evaluate("async () => Array.from((await a2v.clip()).joints)")
+    again = visit(path, page.url.split("#")[1], viewport={"width": 900, "height": 700})
+    assert again.evaluate("async () => Array.from((await a2v.clip()).joints)") == joints
+    again.locator("#parts button").click()
+    expect(again.locator("#told")).to_contain_text("Jump, made in")
+    again.get_by_role("button", name="Then another action").click()
+    expect(again.locator("#parts button")).to_have_text(["Jump 1 s ×"])
+    again.locator("#search").fill("walk, then qwertz")
+    again.keyboard.press("Enter")
+    expect(again.locator("#told")).to_have_text('No action of this page is called "qwertz".')
+
+
 @pytest.mark.slow
 def test_it_is_readable_on_a_phone(page: Page) -> None:
     before = page.viewport_size
@@ -180,6 +229,11 @@ def test_a_character_plays_what_a_vae_makes(character: Character, packages: Path
     theirs = np.array(page.evaluate(PLAYED, [made.joints.reshape(24, -1).tolist(), names, made.parents.tolist()]))
     assert np.linalg.norm(theirs - ours, axis=-1).mean() < 0.035
     assert np.linalg.norm(theirs - theirs[:1], axis=-1).max() > 0.3
+    glb, whole = read_glb(saved(page, "Save GLB", tmp_path)), read_glb(tmp_path / "c.glb")
+    assert len(glb.items("animations")) == 1
+    assert len(glb.items("nodes")) == len(whole.items("nodes"))
+    assert glb.items("meshes") == whole.items("meshes")
+    assert {channel["target"]["path"] for channel in glb.items("animations")[0]["channels"]} == {"rotation", "translation"}
 
 
 @pytest.mark.parametrize(("name", "guided"), [("cmu-fine", True), ("humanact12", True), ("cmu-glmi-m", False)])

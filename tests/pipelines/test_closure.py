@@ -130,7 +130,8 @@ def test_every_data_file_is_known_to_some_module():
             known |= set(sources._data_named(path.read_text(), path.relative_to(ROOT).as_posix()))
     data = {path.relative_to(ROOT).as_posix() for path in project_files(ROOT) if path.suffix != ".py"}
     data = {name for name in data if not name.startswith(_NO_NODES)}
-    assert data - known == {"a2v/motion/words.licence.txt", "a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
+    unnamed = {"a2v/motion/words.licence.txt", "a2v/py.typed", "a2v/samples/README.md", "a2v/samples/person.jpg"}
+    assert data - known == unnamed | {"export/factors_cmu_fine.csv"}  # given to export.retune on its command line
 
 
 # --- the rules, on a small project

@@ -27,10 +27,10 @@ from pipelines.serve.wishes import Wish
 
 SAMPLE = Path(__file__).resolve().parents[2] / "a2v" / "samples" / "person.jpg"
 OTHERS = {
-    "action": "Jump", "timeline": "t.yaml", "model": "cmu-fine", "seconds": 2.5, "frames": 7, "fps": 24.0, "seed": 3, "path": "0,0 0,2 2,2",
+    "action": "Jump", "timeline": "t.yaml", "model": "cmu", "seconds": 2.5, "frames": 7, "fps": 24.0, "seed": 3, "path": "0,0 0,2 2,2",
     "pace": 1.1, "heading": 90.0, "keyframes": "k.yaml", "start_pose": "m.npz", "end_pose": "m.npz#4-6", "hold": "head 0,1.5,0 from 1 to 2",
     "motion": "m.npz", "views": "front,turntable", "camera": "c.yaml", "background": "#30506f", "look": "night", "aspect": "9:16",
-    "variant": "scalar_rgb", "photo": "b.jpg", "more": "c.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
+    "variant": "scalar_rgb", "photo": "b.jpg", "more": "c.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "corrections": "r.yaml", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
     "fit.model": "b.npz", "perception.max_side": 512, "perception.band": 0.05, "retarget.life.hands": "fist",
 }  # fmt: skip
 """Values that are not the defaults; numbers are one more and switches the other way where none is named."""
@@ -51,6 +51,7 @@ def folder(tmp_path_factory) -> Path:
     MotionModel.load("cmu-fine").sample("Walk", frames=30, seed=1).save(folder / "m.npz")
     (folder / "k.yaml").write_text("- {time: 1, at: [0, 1]}\n")
     (folder / "t.yaml").write_text("- {action: Walk, seconds: 2}\n")
+    (folder / "r.yaml").write_text("landmarks: {nose: [200, 100]}\n")
     (folder / "c.yaml").write_text("mine: {azimuth: 30}\n")
     return folder
 
@@ -151,7 +152,7 @@ def test_the_page_asks_by_the_same_names():
     assert kinds <= set(names())
     wish = Wish(action="Walk", seconds=2.0, views=("front", "back"), size=128)
     asked = wish.request("a.jpg")
-    assert asked == VideoRequest.of(photo="a.jpg", **wish.said())
+    assert asked == VideoRequest.of(photo="a.jpg", **(wish.said() | {"path": None}))
     assert (asked.film.views, asked.motion.seconds, asked.person.photo) == ("front,back", 2.0, "a.jpg")
 
 

@@ -14,7 +14,7 @@ from a2v.body import PARTS, load_body_model, make_body, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import depth_map, silhouette_iou
 from a2v.geometry.volume import Grid, signed_distance
-from a2v.reconstruction import ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
+from a2v.reconstruction import ColorEvidence, ColorSettings, SurfaceSettings, body_prior_surface, color_surface, surface_sheet
 from a2v.reconstruction.body_prior.volume import Skin, add_lobes
 from a2v.types import Surface
 from tests.support.photographs import HAIR, JACKET, SIZE, SKIN
@@ -151,7 +151,7 @@ def painted(scene, surface: Surface, change) -> Surface:
     spots = nearest_spots(surface.vertices, body)
     mask = np.maximum(subject.mask, np.linalg.norm(image / 255.0 - HAIR, axis=-1) < 0.05).astype(np.float32)
     changed = dataclasses.replace(subject, image=image, mask=mask)
-    return color_surface(surface, changed, camera, spots=spots, settings=ColorSettings(texture=0, tolerance=1e-2))
+    return color_surface(surface, changed, camera, evidence=ColorEvidence(spots=spots), settings=ColorSettings(texture=0, tolerance=1e-2))
 
 
 def test_neckline_and_tie_stay_on_the_front(scene, surface: Surface) -> None:
@@ -193,7 +193,7 @@ def test_a_prior_is_followed_on_the_unseen_side(scene, surface: Surface) -> None
     prior = np.full((len(surface.vertices), 3), np.nan)
     back = surface.vertices[:, 2] < np.percentile(surface.vertices[:, 2], 10)
     prior[back] = (0.9, 0.8, 0.1)
-    painted = color_surface(surface, subject, camera, prior=prior, settings=ColorSettings(texture=0))
+    painted = color_surface(surface, subject, camera, evidence=ColorEvidence(prior=prior), settings=ColorSettings(texture=0))
     assert painted.texture is None
     assert np.abs(painted.colors[back] - (0.9, 0.8, 0.1)).max(axis=1).mean() < 0.1
 
@@ -213,9 +213,9 @@ def test_bad_input(scene, surface: Surface) -> None:
     with pytest.raises(InputError, match="overlap"):
         body_prior_surface(subject, body, elsewhere)
     with pytest.raises(InputError, match="prior has shape"):
-        color_surface(surface, subject, camera, prior=np.zeros((3, 3)))
+        color_surface(surface, subject, camera, evidence=ColorEvidence(prior=np.zeros((3, 3))))
     with pytest.raises(InputError, match="spots are of 3 points"):
-        color_surface(surface, subject, camera, spots=nearest_spots(surface.vertices[:3], body))
+        color_surface(surface, subject, camera, evidence=ColorEvidence(spots=nearest_spots(surface.vertices[:3], body)))
     with pytest.raises(InputError, match="vertices"):
         SurfaceSettings(vertices=10)
     with pytest.raises(InputError, match="lambda_nn"):

@@ -22,6 +22,7 @@ from pipelines.engine.forget import ref_of
 from pipelines.nodes.values import Blob
 from pipelines.serve.records import Library, Photo
 from pipelines.serve.talk import ORIGINAL
+from tests.support.uploads import picture
 
 ROOT = Path(__file__).resolve().parents[2]
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
@@ -68,6 +69,15 @@ def arrived(library: Library, data: bytes, title: str, **facts: Any) -> Photo:
     folder = library.arriving()
     (folder / ORIGINAL).write_bytes(data)
     return library.add_photo(folder, title, {"width": 160, "height": 200, "digest": ref_of(Blob.of(data)).digest, **facts})
+
+
+def ready(library: Library) -> Photo:
+    """A photo whose person is ready; nothing was computed."""
+    photo = arrived(library, picture(), "somebody")
+    photo.status = "ready"
+    library.keep(photo)
+    return photo
+
 
 
 class Server:

@@ -1,7 +1,8 @@
-"""Avatars as VRM 1.0 and their clips as VRM animations, on top of binary glTF (https://github.com/vrm-c/vrm-specification)."""
+"""Avatars as VRM 1.0 or 0.x and their clips as VRM animations, on top of binary glTF (https://github.com/vrm-c/vrm-specification)."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +13,9 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.formats.characters import check_clips, parent_from_bone
 from a2v.formats.gltf.document import Document
+from a2v.formats.gltf.springs import spring_extension, with_springs
+from a2v.formats.gltf.vrm0 import extension as vrm0_extension
+from a2v.formats.gltf.vrm0 import turned_around, turned_springs
 from a2v.formats.gltf.writing import add_animation, add_bones, skinned_document
 from a2v.types import Body, Character, FloatArray
 
@@ -67,6 +71,10 @@ _LIDS = {"eyeBlinkLeft": "blinkLeft", "eyeBlinkRight": "blinkRight"}
 """VRM's presets that are one of ARKit's expressions."""
 
 
+EDITIONS: tuple[str, ...] = ("1.0", "0.x")
+"""Of the format."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class VrmMeta:
     """What an avatar says about itself. Every permission that is not stated is the format's narrowest.
@@ -78,14 +86,19 @@ class VrmMeta:
         Address of the licence that the author grants.
     version : str
         Of the avatar.
+    edition : str
+        Of the format: "1.0", or "0.x" for programs that read nothing newer (VSeeFace).
     """
 
     name: str
     author: str
     licence_url: str
     version: str = "1"
+    edition: str = "1.0"
 
     def __post_init__(self) -> None:
+        if self.edition not in EDITIONS:
+            raise InputError(f"unknown edition '{self.edition}' of VRM; choose from {', '.join(EDITIONS)}")
         if not self.author.strip():
             raise InputError("a .vrm names its author; state one with --author")
         if not self.licence_url.startswith(("https://", "http://")):
@@ -96,10 +109,10 @@ class VrmMeta:
 
 
 def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta, *, jpeg_quality: int = 92) -> None:
-    """Write an avatar as VRM 1.0: skinned glTF with humanoid bones, meta data, look-at by the eyes' bones and first person.
+    """Write an avatar as VRM: skinned glTF with humanoid bones, meta data, look-at by the eyes' bones and first person.
 
-    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of ARKit's by their own names. Clips go into
-    files of their own, `write_vrma`.
+    A character with a face has VRM's expressions, made of ARKit's (`EXPRESSIONS`), and all of its own by their names. A skirt swings
+    (`with_springs`). Clips go into files of their own, `write_vrma`. An avatar of VRM 0.x faces -z.
 
     Parameters
     ----------
@@ -117,7 +130,24 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
         The character lacks one of the required bones.
     """
     bones = _human_bones(character.body)
+    character, springs = with_springs(character)
+    if meta.edition == "0.x":
+        character, springs = turned_around(character), turned_springs(springs)
     document = skinned_document(character, None, name=meta.name, jpeg_quality=jpeg_quality)
+    if meta.edition == "0.x":
+        materials = [material["name"] for material in document.json["materials"]]
+        said = {"VRM": vrm0_extension(dataclasses.asdict(meta), bones, EXPRESSIONS, character, materials, springs)}
+    else:
+        said = {"VRMC_vrm": _extension(character, meta, bones)}
+        if springs is not None:
+            said["VRMC_springBone"] = spring_extension(springs)
+    document.json["extensionsUsed"] = list(said)
+    document.json["extensions"] = said
+    document.write(path)
+
+
+def _extension(character: Character, meta: VrmMeta, bones: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """VRMC_vrm of VRM 1.0."""
     extension: dict[str, Any] = {
         "specVersion": "1.0",
         "meta": {
@@ -138,9 +168,7 @@ def write_vrm(path: str | os.PathLike[str], character: Character, meta: VrmMeta,
     }
     if {"leftEye", "rightEye"} <= bones.keys():
         extension["lookAt"] = _look_at(character.body)
-    document.json["extensionsUsed"] = ["VRMC_vrm"]
-    document.json["extensions"] = {"VRMC_vrm": extension}
-    document.write(path)
+    return extension
 
 
 def write_vrma(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,9 @@ from a2v.props import COLOR, Props
 from a2v.types import Body, Character, FloatArray, IntArray, Surface
 
 MAX_MORPH_BYTES = 2 << 30
+
+ARMATURES: Mapping[str, str] = MappingProxyType({"talkinghead": "Armature"})
+"""By rig: the node that its programs look for above all bones and meshes. They want a mesh for each material, too."""
 
 
 def write_glb(
@@ -74,7 +79,7 @@ def _add_props(document: Document, props: Props) -> None:
         used, faces = np.unique(own, return_inverse=True)
         colors = np.tile(np.array(COLOR, np.float32), (len(used), 1))
         solid = Surface(vertices=props.vertices[used], faces=faces.reshape(-1, 3).astype(np.int32), colors=colors)
-        document.json["scenes"][0]["nodes"].append(document.node(name=name, mesh=add_mesh(document, solid, name, 92)))
+        document.json["scenes"][0]["nodes"].append(document.node(name=name, mesh=add_mesh(document, solid, name, 92)[0]))
 
 
 def _animate_face(document: Document, character: Character, clips: Clips, expressions: Strengths) -> None:
@@ -85,17 +90,27 @@ def _animate_face(document: Document, character: Character, clips: Clips, expres
             continue
         table = tables[animation["name"]]
         times = document.accessor((np.arange(len(table)) / clips[animation["name"]][1]).astype(np.float32), bounds=True)
-        animation["samplers"].append({"input": times, "output": document.accessor(table.reshape(-1)), "interpolation": "LINEAR"})
-        target = {"node": len(character.body.bone_names), "path": "weights"}
-        animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
+        for node, item in enumerate(document.json["nodes"]):
+            names = document.json["meshes"][item["mesh"]].get("extras", {}).get("targetNames") if "mesh" in item else None
+            if not names:
+                continue
+            assert character.surface.face is not None
+            own = table[:, [character.surface.face.names.index(name) for name in names]]
+            animation["samplers"].append({"input": times, "output": document.accessor(own.reshape(-1)), "interpolation": "LINEAR"})
+            target = {"node": node, "path": "weights"}
+            animation["channels"].append({"sampler": len(animation["samplers"]) - 1, "target": target})
 
 
 def skinned_document(character: Character, clips: Clips | None, *, name: str, jpeg_quality: int) -> Document:
-    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next one is the skinned mesh."""
+    """What `write_glb` writes: nodes 0 to B - 1 are the bones in their order, the next ones are the skinned meshes.
+
+    That is one mesh, but for rigs of `ARMATURES`.
+    """
     body = character.body
     checked = check_clips(clips, len(body.bone_names))
     document = Document(name)
-    mesh = add_mesh(document, character, name, jpeg_quality)
+    armature = ARMATURES.get(body.model, "")
+    meshes = add_mesh(document, character, name, jpeg_quality, apart=bool(armature))
     bind = body.bone_transforms.astype(np.float64)
     local = parent_from_bone(bind[None], body.bone_parents)[0]
     roots = add_bones(document, body, local)
@@ -109,8 +124,9 @@ def skinned_document(character: Character, clips: Clips | None, *, name: str, jp
             "inverseBindMatrices": document.accessor(np.swapaxes(inverse, 1, 2).astype(np.float32).reshape(len(bind), 16)),
         }
     ]
-    skinned = document.node(name=name, mesh=mesh, skin=0)
-    document.json["scenes"][0]["nodes"] = [*roots, skinned]
+    skinned = [document.node(name=document.json["meshes"][mesh]["name"], mesh=mesh, skin=0) for mesh in meshes]
+    tops = [*roots, *skinned]
+    document.json["scenes"][0]["nodes"] = [document.node(name=armature, children=tops)] if armature else tops
     if checked:
         document.json["animations"] = [add_animation(document, key, *clip, body.bone_parents, local) for key, clip in checked.items()]
     return document
@@ -172,7 +188,7 @@ def write_morph_glb(
         )
     document = Document(name)
     source, _, _ = split_corners(surface)
-    mesh = add_mesh(document, surface, name, jpeg_quality)
+    (mesh,) = add_mesh(document, surface, name, jpeg_quality)
     base = surface.vertices[source]
     targets = [{"POSITION": document.accessor(frame[source] - base, target=ARRAY_BUFFER, bounds=True)} for frame in frames]
     document.json["meshes"][mesh]["primitives"][0]["targets"] = targets

@@ -119,17 +119,52 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Dressed:
+    """A person who can be photographed.
+
+    Attributes
+    ----------
+    prepared : PreparedAvatar
+    faces : FaceKinds
+        The avatar's `sort_faces`.
+    guide : Guide
+        Of the avatar's sex and outfit.
+    """
+
+    prepared: PreparedAvatar
+    faces: FaceKinds
+    guide: Guide
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSource:
+    """What poses are drawn from.
+
+    Attributes
+    ----------
+    library : PoseLibrary
+        Poses in action.
+    frames : MotionFrames, optional
+        All frames of the recordings: poses in action are drawn from these instead.
+    varied : callable, optional
+        Draws the poses of ``settings.varied``.
+    stance : str
+        Of `STANCES`, instead of all others; "" for none.
+    """
+
+    library: PoseLibrary
+    frames: MotionFrames | None = None
+    varied: Callable[[np.random.Generator], Pose] | None = None
+    stance: str = ""
+
+
 def draw_scene(
-    prepared: PreparedAvatar,
-    faces: FaceKinds,
-    guide: Guide,
-    library: PoseLibrary,
+    person: Dressed,
+    poses: PoseSource,
     settings: StudioSettings,
     generator: np.random.Generator,
     *,
-    stance: str = "",
-    frames: MotionFrames | None = None,
-    varied: Callable[[np.random.Generator], Pose] | None = None,
     clutter: Clutter = NOTHING,
     chance: np.random.Generator | None = None,
     again: tuple[float, np.random.Generator] | None = None,
@@ -138,23 +173,16 @@ def draw_scene(
 
     Parameters
     ----------
-    prepared, faces, guide
-        An avatar, its `sort_faces`, and the guide of its sex and outfit.
-    library, frames
-        What poses in action are drawn from: the library, or all frames if these are given.
-    settings, generator
-    stance : str
-        Of `STANCES`, instead of the poses of the settings.
-    varied
-        Draws the poses of ``settings.varied``.
+    person, poses, settings, generator
     clutter, chance
         What is around the person, and draws where: all else is drawn from `generator`, so that it is as without, but for arms that hold.
     again : of another photo of that person: by how many degrees they have turned, and what draws pose and camera anew
     """
+    prepared, guide = person.prepared, person.guide
     plain = prepared.avatar
     outfit = draw_outfit(prepared, generator)
     turn, generator = again or (0.0, generator)
-    pose, name, yaw = _draw_pose(library, settings, generator, stance, partial(frames.draw, plain) if frames else None, varied)
+    pose, name, yaw = _draw_pose(poses, plain, settings, generator)
     placed = stand(outfit, pose | clutter.grip, yaw + turn, generator, distance=settings.distance, height=settings.height)
     held = _draw_guide(placed, guide, settings, generator)
     setting = _set(placed, settings, clutter, chance)
@@ -166,7 +194,7 @@ def draw_scene(
         surface=_textured(dataclasses.replace(plain, texture=outfit.texture), vertices, made),
         parts=plain.parts,
         normals=smooth_normals(vertices, plain.faces, prepared.places),
-        faces=faces,
+        faces=person.faces,
         guide=(factor * (held - origin)).astype(np.float32),
         landmarks=(factor * (placed.landmarks(guide) - origin)).astype(np.float32),
         camera=_camera(setting.square, origin, factor),
@@ -261,25 +289,16 @@ def _among_things(scene: Scene, setting: _Setting, origin: FloatArray, factor: f
     return dataclasses.replace(scene, shown=among(scene, thing, patterns))
 
 
-def _draw_pose(
-    library: PoseLibrary,
-    settings: StudioSettings,
-    generator: np.random.Generator,
-    stance: str,
-    recorded: Callable[[np.random.Generator], tuple[Pose, str]] | None = None,
-    varied: Callable[[np.random.Generator], Pose] | None = None,
-) -> tuple[Pose, str, float]:
-    """A pose, its name, and the turn about the vertical, degrees; of the class `stance`, if that is not empty.
-
-    Poses in action are those that `recorded` draws, if it is given; `varied` draws those of ``settings.varied``.
-    """
-    if stance:
-        pose, yaw = draw_stance(stance, generator)
-        return pose, stance, yaw
-    if varied is not None and generator.random() < settings.varied:
-        pose, name = varied(generator), "varied"
+def _draw_pose(poses: PoseSource, avatar: Avatar, settings: StudioSettings, generator: np.random.Generator) -> tuple[Pose, str, float]:
+    """A pose for an avatar, its name, and the turn about the vertical, degrees."""
+    if poses.stance:
+        pose, yaw = draw_stance(poses.stance, generator)
+        return pose, poses.stance, yaw
+    if poses.varied is not None and generator.random() < settings.varied:
+        pose, name = poses.varied(generator), "varied"
     else:
-        pose, name = _common_pose(library, settings, generator, recorded)
+        recorded = partial(poses.frames.draw, avatar) if poses.frames else None
+        pose, name = _common_pose(poses.library, settings, generator, recorded)
     return pose, name, float(generator.normal(0, settings.yaw) if generator.random() < settings.facing else generator.uniform(-180, 180))
 
 

@@ -22,3 +22,5 @@ class Stream(IntEnum):
     """Body and clothes of a person of MakeHuman."""
     QUICK_BLOCK = 11
     """The person and the views of a block of quick views."""
+    ROOM = 13
+    """A room, and the person in it."""

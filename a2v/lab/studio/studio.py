@@ -6,6 +6,7 @@ alone.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -20,14 +21,14 @@ from a2v.io import read_npz
 from a2v.lab.studio.avatar_files import list_avatars, load_avatar
 from a2v.lab.studio.guide import Guide, guide_key, prepare_guides, unstack_guides
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import Dressed, Dresser, Wardrobes, dress
+from a2v.lab.studio.makehuman.people import Dresser, Wardrobes, dress
 from a2v.lab.studio.photograph import Around, Photograph, light_scene, photograph_scene
 from a2v.lab.studio.posing import Pose, PoseLibrary, action_poses
 from a2v.lab.studio.quick.bank import PoseBank, open_bank
 from a2v.lab.studio.quick.poses import draw_pose
 from a2v.lab.studio.quick.settings import QuickSettings
 from a2v.lab.studio.samples import sample_space, sample_surface
-from a2v.lab.studio.scene import FaceKinds, Scene, draw_scene, sort_faces
+from a2v.lab.studio.scene import Dressed, FaceKinds, PoseSource, Scene, draw_scene, sort_faces
 from a2v.lab.studio.settings import VERSION, StudioSettings
 from a2v.lab.studio.stand import Sitting, prepare_avatar
 from a2v.lab.studio.streams import Stream
@@ -153,23 +154,23 @@ class Studio:
             missing.
         """
         generator = np.random.default_rng([self.settings.seed, SPLITS.index(split), index])
-        draw = partial(draw_scene, library=self.library, settings=self.settings, generator=generator, stance=stance, varied=self._varied(split))
+        poses = PoseSource(self.library, varied=self._varied(split), stance=stance)
+        draw = partial(draw_scene, settings=self.settings, generator=generator)
         if turn:
             draw = partial(draw, again=(turn, np.random.default_rng([*self._again(split, index, turn), Stream.AGAIN])))
         if self.settings.surrounds:
             chance = np.random.default_rng([self.settings.seed, SPLITS.index(split), index, Stream.THINGS])
             draw = partial(draw, clutter=self._clutter(chance), chance=chance)
         if avatar in NAMED_PEOPLE:
-            made = self._named_person(avatar)
-            return draw(made.prepared, made.faces, made.guide)
+            return draw(self._named_person(avatar), poses)
         if not avatar and (dresser := self._dresser_of(index)):
             made = dresser.dressed(split, index // self.settings.same_avatar)
-            return draw(made.prepared, made.faces, made.guide, frames=dresser.frames)
+            return draw(made, dataclasses.replace(poses, frames=dresser.frames))
         path = self._named(avatar) if avatar else self._path(split, index)
         prepared = prepare_avatar(str(path))
         if path.stem not in self._faces:
             self._faces[path.stem] = sort_faces(prepared.avatar)
-        return draw(prepared, self._faces[path.stem], self._guide(path.stem))
+        return draw(Dressed(prepared, self._faces[path.stem], self._guide(path.stem)), poses)
 
     def _again(self, split: str, index: int, turn: float) -> list[int]:
         """The first numbers of the seed of a view, or of another photo of its person."""

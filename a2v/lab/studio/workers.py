@@ -8,6 +8,7 @@ from typing import TypeVar
 from a2v.errors import InputError
 from a2v.lab.studio.variation import SPLITS
 from a2v.processes import start_fork_server
+from a2v.system import start_method
 
 T = TypeVar("T")
 
@@ -48,7 +49,7 @@ def work_through(work: Callable[[T], object], items: Sequence[T], workers: int, 
 
     # forkserver, since open3d holds threads
     start_fork_server()
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"), initializer=_use_one_thread) as pool:
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context(start_method()), initializer=_use_one_thread) as pool:
         try:
             for _ in pool.map(work, items, chunksize=together):
                 yield

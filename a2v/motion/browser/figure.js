@@ -37,8 +37,25 @@ function makeSticks(scene, { parents, colors }) {
     scene.add(mesh);
     return [{ parent, joint, mesh }];
   });
+  // the sticks as a .glb: a node each, on the ground as they are posed now
+  const file = () => {
+    const own = shape.getAttribute("position"), normals = shape.getAttribute("normal"), data = new Float32Array([...own.array, ...normals.array]);
+    const kinds = [...new Set(sticks.map(stick => colors[stick.joint]))];
+    const json = {
+      asset: { version: "2.0", generator: "a2v" }, scene: 0, scenes: [{ nodes: sticks.map((_, index) => index) }],
+      buffers: [{ byteLength: data.byteLength }],
+      bufferViews: [{ buffer: 0, byteOffset: 0, byteLength: data.byteLength / 2 }, { buffer: 0, byteOffset: data.byteLength / 2, byteLength: data.byteLength / 2 }],
+      accessors: [0, 1].map(bufferView => ({ bufferView, componentType: 5126, type: "VEC3", count: own.count, ...(bufferView ? {} : { min: [-1, 0, -1], max: [1, 1, 1] }) })),
+      materials: kinds.map(kind => ({ pbrMetallicRoughness: { baseColorFactor: [...new THREE.Color(kind).toArray(), 1], metallicFactor: 0, roughnessFactor: 0.8 } })),
+      meshes: kinds.map((_, material) => ({ primitives: [{ attributes: { POSITION: 0, NORMAL: 1 }, material }] })),
+      nodes: sticks.map(({ joint, mesh }) => ({ mesh: kinds.indexOf(colors[joint]), scale: mesh.scale.toArray() })),
+    };
+    return packGlb(json, new Uint8Array(data.buffer)).buffer;
+  };
   return {
     where,
+    file,
+    tracks: () => sticks.flatMap(({ mesh }, index) => [[index, "translation", mesh.position], [index, "rotation", mesh.quaternion]]),
     begin() {},
     pose(joints) {
       for (const { parent, joint, mesh } of sticks) {
@@ -56,6 +73,7 @@ function makeSticks(scene, { parents, colors }) {
 // Limbs take the motion's directions, pelvis and chest turn with hips, back and shoulders; feet are not held to the ground beyond that.
 // `bones`: node of each canonical joint; `source`: joint of each; `neutral`: how the skeleton stands, degrees.
 async function makeCharacter(scene, glb, { bones, source, neutral }) {
+  const kept = glb.slice(0);
   const gltf = await new Promise((done, failed) => new THREE.GLTFLoader().parse(glb, "", done, failed));
   gltf.scene.traverse(node => {
     if (node.isMesh) { node.castShadow = node.receiveShadow = true; node.frustumCulled = false; }
@@ -160,6 +178,8 @@ async function makeCharacter(scene, glb, { bones, source, neutral }) {
     where,
     pose,
     placeOf,
+    file: () => kept,
+    tracks: () => [[bones.pelvis, "translation", node.pelvis.position], ...Object.entries(bones).map(([name, index]) => [index, "rotation", node[name].quaternion])],
     // the ground is where the feet are when they are low
     begin({ joints, parents }) {
       const frames = joints.length / (3 * parents.length), heights = [], sides = ["left", "right"], seen = [];

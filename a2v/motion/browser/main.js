@@ -30,7 +30,46 @@
     for (const item of items) item.label.hidden = item.absent || !found.has(item);
     byId("found").textContent = parts.length ? `${shown().length} of ${items.length}` : `${items.length}`;
   };
+  // several actions in a row: those before the chosen one, each with its seconds; words as prompts have them become such a row
+  const before = [], MOST = 12;
+  const showParts = () => byId("parts").replaceChildren(...before.map((part, index) => {
+    const chip = Object.assign(document.createElement("button"), { type: "button", textContent: `${meta.actions[part.action]} ${part.seconds} s \u00d7` });
+    chip.title = "take it out";
+    chip.onclick = () => { before.splice(index, 1); showParts(); make(); };
+    return chip;
+  }));
+  const nearest = words => {
+    const text = words.toLowerCase().trim(), has = kind => items.findIndex(item => !item.absent && text.split(/\s+/).every(part => item[kind].includes(part)));
+    const exact = items.findIndex(item => !item.absent && item.name === text), named = exact < 0 ? has("name") : exact;
+    return named < 0 ? has("words") : named;
+  };
+  function prompt(text) {  // "walk for 2 s, then jump": whether all of it was understood
+    const parts = text.split(/\s*(?:[,;]\s*(?:and\s+)?then\b|[,;]|\bthen\b)\s*/i).filter(Boolean).map(part => {
+      const [, words, long] = /^(.*?)(?:\s+for\s+(\d+(?:\.\d+)?)\s*(?:s|sec|seconds?))?$/i.exec(part.trim());
+      return { action: nearest(words), seconds: Math.min(30, Math.max(1, Number(long) || Number(seconds.value))), words };
+    });
+    const lost = parts.find(part => part.action < 0);
+    if (lost || !parts.length || parts.length > MOST) {
+      byId("told").textContent = lost ? `No action of this page is called "${lost.words}".` : `Give 1 to ${MOST} actions.`;
+      return;
+    }
+    const last = parts.pop();
+    before.splice(0, Infinity, ...parts);
+    showParts();
+    search.value = "";
+    search.oninput();
+    seconds.value = last.seconds;
+    choose(items[last.action]);
+  }
+  byId("then").onclick = () => {
+    if (before.length + 1 < MOST) before.push({ action: chosen(), seconds: Number(seconds.value) });
+    showParts();
+    make();
+    search.focus();
+  };
+
   search.onkeydown = event => {
+    if (event.key === "Enter" && /,|;|\bthen\b|\bfor\s+\d/i.test(search.value)) { event.preventDefault(); prompt(search.value); return; }
     const first = shown()[0];
     if (!first || !["Enter", "ArrowDown"].includes(event.key)) return;
     event.preventDefault();
@@ -48,9 +87,10 @@
   };
   const somebody = async () => figure.bones ? makeCharacter(stand.scene, await content("character"), figure) : makeSticks(stand.scene, { parents, ...figure });
 
-  window.a2v = { sample: wish => sample(wish), figure: () => who };  // for what looks into the page from outside; see sample.js and figure.js
+  window.a2v = { sample: wish => sample(wish), figure: () => who, clip: async () => ({ ...clip, fps: meta.fps }) };  // for what looks into the page from outside; see sample.js and figure.js
   const wish = () => ({
-    labels: new Array(Math.max(1, Math.round(seconds.value * meta.fps))).fill(chosen()), guidance: Number(guidance.value), seed: Math.max(0, Math.floor(seed.value) || 0),
+    labels: [...before, { action: chosen(), seconds: seconds.value }].flatMap(part => new Array(Math.max(1, Math.round(part.seconds * meta.fps))).fill(part.action)),
+    guidance: Number(guidance.value), seed: Math.max(0, Math.floor(seed.value) || 0),
   });
   async function make() {
     const mine = ++wanted, asking = wish(), began = performance.now();
@@ -65,11 +105,30 @@
     clip = { joints, parents, last: joints.length / (3 * parents.length) - 1 };
     who.begin(clip);
     if (running) now = 0;
+    remember();
     tell(asking, took);
   }
+  const named = part => `${meta.actions[part.action].toLowerCase()}:${part.seconds}`;
+  function remember() {  // the address tells what is shown, for whoever it is sent to
+    const said = new URLSearchParams({ action: meta.actions[chosen()].toLowerCase(), seconds: seconds.value, seed: seed.value });
+    for (const part of before) said.append("before", named(part));
+    if (meta.guidance && Number(guidance.value) !== meta.guidance) said.set("guidance", guidance.value);
+    history.replaceState(null, "", `#${said}`);
+  }
+  const fileName = () => meta.actions[chosen()].toLowerCase().replace(/[^a-z0-9]+/g, "-");
+  byId("save-bvh").onclick = () => download(bvhOf(framesOf(clip, meta.fps), meta.skeleton), `${fileName()}.bvh`, "text/plain");
+  byId("save-glb").onclick = () => download(glbOf(framesOf(clip, meta.fps), meta.actions[chosen()], who), `${fileName()}.glb`, "model/gltf-binary");
+  byId("share").onclick = async () => {
+    try { await navigator.clipboard.writeText(location.href); byId("share").textContent = "Copied"; } catch { byId("told").textContent = location.href; }
+    setTimeout(() => { byId("share").textContent = "Copy address"; }, 2000);
+  };
   function tell(asking, took) {
-    const name = meta.actions[asking.labels[0]], quoted = /^[\w-]+$/.test(name) ? name : `"${name}"`;
+    const name = meta.actions[chosen()], quoted = /^[\w-]+$/.test(name) ? name : `"${name}"`;
     const same = !meta.guidance || asking.guidance === meta.guidance;
+    if (before.length) {
+      byId("told").textContent = `${before.length + 1} actions, made in ${Math.round(took)} ms.`;
+      return;
+    }
     byId("told").textContent = `${name}, made in ${Math.round(took)} ms.` + (same ? " The same as files: " : " Guidance is not the model's own: files take what it was exported with.");
     if (!same) return;
     const code = document.createElement("code");
@@ -100,8 +159,13 @@
     seconds.value = number("seconds", about.seconds);
     guidance.value = number("guidance", meta.guidance || 1);
     byId("guidance-row").hidden = !meta.guidance;
-    const named = items.find(item => item.name === (asked.get("action") || "").toLowerCase());
-    const first = named || items[about.action] || items.find(item => !item.absent);
+    for (const part of asked.getAll("before").slice(0, MOST - 1)) {
+      const [, name, long] = /^(.*):(\d+(?:\.\d+)?)$/.exec(part) || [], action = items.findIndex(item => !item.absent && item.name === name);
+      if (action >= 0) before.push({ action, seconds: Math.min(30, Math.max(1, Number(long))) });
+    }
+    showParts();
+    const shownFirst = items.find(item => item.name === (asked.get("action") || "").toLowerCase());
+    const first = shownFirst || items[about.action] || items.find(item => !item.absent);
     first.radio.checked = true;
     search.oninput();
     first.label.scrollIntoView({ block: "nearest" });

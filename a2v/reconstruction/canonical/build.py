@@ -13,16 +13,17 @@ from a2v.body.spots import moved_from_rest, rest_vertices
 from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
+from a2v.reconstruction.canonical.hanging import hangs_between_legs
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
-from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
 from a2v.reconstruction.canvas import surroundings_taken
 from a2v.reconstruction.face.build import FaceSettings
-from a2v.types import Body, BoolArray, Camera, FloatArray, IntArray, Reconstruction, Standing, Subject, Surface
+from a2v.types import Body, BoolArray, FloatArray, IntArray, Reconstruction, Standing, Surface
 
 DEFAULT = CharacterSettings()
 HANDS = tuple(name for name in PARTS if name.endswith("hand"))
@@ -37,15 +38,7 @@ _EXPECTED = 0.03
 
 
 def canonical_person(
-    person: Reconstruction,
-    subject: Subject,
-    body: Body,
-    camera: Camera,
-    *,
-    settings: CharacterSettings = DEFAULT,
-    face: FaceSettings | None = None,
-    hangs: bool = False,
-    others: Sequence[Sight] = (),
+    sight: Sight, *, settings: CharacterSettings = DEFAULT, face: FaceSettings | None = None, hangs: bool | None = None, others: Sequence[Sight] = ()
 ) -> Reconstruction:
     """Build the person on the body's own mesh.
 
@@ -56,39 +49,38 @@ def canonical_person(
 
     Parameters
     ----------
-    person : Reconstruction
-        In the photo's pose.
-    subject, camera
-    body : Body
-        Anny, fitted to the surface.
-    hangs : bool
-        Whether cloth hangs between the legs (`hangs_between_legs`): it becomes a layer of its own.
+    sight : Sight
+        The photo, with Anny fitted to the surface that was reconstructed from it.
+    hangs : bool, optional
+        Whether cloth hangs between the legs: it becomes a layer of its own. None: as `hangs_between_legs` finds.
     others : sequence of Sight
-        Further photos of the same person, in any order; their bodies have the shape of `body`.
+        Further photos of the same person, in any order; their bodies have the shape of this one.
 
     Returns
     -------
     Reconstruction
         Its surface stands in the photo's pose; ``surface.standing`` is the same at rest.
     """
-    mesh = topology()
-    sights, shown, laid, poses, shod = _shod([Sight(subject, body, camera, person), *others], face or FaceSettings())
+    mesh, person = topology(), sight.person
+    sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings())
+    hangs = hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera) if hangs is None else hangs
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
+    rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
     skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
     if skirt is not None:
         asked &= ~covered(skirt, at_rest, parts)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
-    observed, weight = _observed(sights, poses, mesh, at_rest, asked, near=settings.near)
-    offset = solve_offsets(at_rest, mesh.faces, observed, weight * ~sole, twin=mesh.twin, fixed=~asked, parts=parts, smoothing=settings.smoothing)
+    observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
+    offset = solve_offsets(rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing)
     vertices = flat_soles(at_rest + offset[:, None] * ray_normals(at_rest, mesh.faces), parts)
     standing, faces = _standing(vertices, mesh, body), mesh.faces
     if skirt is not None:
         standing, faces = with_skirt(standing, skirt), np.concatenate([faces, len(vertices) + skirt_faces(len(skirt.vertices))])
     surface = Surface(
         vertices=posed_vertices(standing, body), faces=faces.astype(np.int32), colors=np.full(standing.vertices.shape, 0.6, np.float32),
-        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small} | ({"photos": len(sights), "face_photo": shown} if others else {}),
+        face=face_on(mesh, laid, sights[shown].subject), standing=standing, provenance=dict(person.surface.provenance) | {"character": "canonical", "face": laid.reason, "small_face": laid.small, "turned_face": laid.averted} | ({"photos": len(sights), "face_photo": shown} if others else {}),
     )  # fmt: skip
     return dataclasses.replace(person, surface=surface, expected_colors=_expected(person, surface), from_body=False)
 
@@ -110,16 +102,15 @@ def _shod(given: Sequence[Sight], face: FaceSettings) -> tuple[list[Sight], int,
 
 
 def _observed(
-    sights: Sequence[Sight], poses: Sequence[FloatArray], mesh: Topology, at_rest: FloatArray, asked: BoolArray, *, near: float
+    sights: Sequence[Sight], poses: Sequence[FloatArray], rest: RestMesh, asked: BoolArray, *, near: float
 ) -> tuple[FloatArray, FloatArray]:
     """Displacements (V,), metres, and what they count for (V,), by the photos, in whose `poses` (13854, 3) Anny's vertices and teeth are given."""
-    seen, certain = [], []
+    mesh, seen, certain = topology(), [], []
     for sight, pose in zip(sights, poses, strict=True):
         skin = mesh.refined(without_anatomy(sight.body, pose))
         bent = mesh.spread(np.linalg.det(blended_turns(sight.body)))
         view = View(sight.camera, surroundings_taken(sight.body, sight.subject, sight.camera))
-        parts = sight.body.parts[mesh.nearest].astype(np.int64)
-        seen.append(observe(sight.person.surface, skin, at_rest, mesh.faces, parts, asked, near=near, view=view))
+        seen.append(observe(sight.person.surface, rest, skin, asked, near=near, view=view))
         certain.append(seen[-1].weight * (_CREASED + (1 - _CREASED) * smoothstep(bent, *_BENT)))
     return merged(seen, certain) if len(seen) > 1 else (seen[0].offset, certain[0])
 

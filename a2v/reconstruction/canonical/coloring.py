@@ -16,7 +16,7 @@ from a2v.reconstruction.canonical.several import Sight
 from a2v.reconstruction.canonical.skirt import body_layout, skirt_layout, skirt_twins
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canvas import Canvas, clues_of, part_agreement
-from a2v.reconstruction.color import ColorSettings, color_surface
+from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
 from a2v.reconstruction.merged import OtherPhoto
 from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
 
@@ -47,10 +47,9 @@ def color_by_photos(person: Reconstruction, sights: Sequence[Sight], *, settings
         if number != face
     )
     main = sights[face]
-    colored = color_surface(
-        seen[face], main.subject, main.camera.flat, prior=person.expected_colors, spots=spots_of(person.surface.standing.anchors, main.body),
-        canvas=canvases[face], others=others, settings=settings, progress=progress,
-    )  # fmt: skip
+    spots = spots_of(person.surface.standing.anchors, main.body)
+    evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvases[face], others=others)
+    colored = color_surface(seen[face], main.subject, main.camera.flat, evidence=evidence, settings=settings, progress=progress)
     return dataclasses.replace(colored, vertices=person.surface.vertices)
 
 

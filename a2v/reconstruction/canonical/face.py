@@ -14,7 +14,7 @@ from a2v.body.spots import moved_from_rest
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian
 from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.canonical.topology import Topology
-from a2v.reconstruction.face.build import BentFace, FaceSettings, bend_face, face_of
+from a2v.reconstruction.face.build import TURNED, BentFace, FaceSettings, bend_face, face_of, turned_away
 from a2v.types import Body, BoolArray, Camera, Face, FloatArray, Subject, Surface
 
 _AROUND = 0.09
@@ -26,6 +26,9 @@ _BROW = 0.005
 SMALL = 44.0
 """Faces narrower than so many pixels keep the model's own features: landmarks are off by more than what tells people apart."""
 SMALL_FACE = "the face is small in the photo: the character has the body model's own features in the photo's colours"
+_MOST = 80.0
+"""Faces turned farther than so many degrees from the camera have no expressions."""
+TURNED_FACE = "the face is turned away in the photo: the character has the body model's own features in the photo's colours"
 _STIFF = 10.0
 """Smoothing of thin-plate splines, square metres, that leaves nothing but an affine map."""
 
@@ -39,13 +42,14 @@ class Laid:
     reason : str
         "anny", or why there is none.
     bent : BentFace or None
-    small : bool
-        Whether the photo's face is too small for its own features.
+    small, averted : bool
+        Whether the photo's face is too small, or turned too far away, for its own features.
     """
 
     reason: str
     bent: BentFace | None = None
     small: bool = False
+    averted: bool = False
 
     def applied(self, posed: FloatArray, rest: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Anny's vertices and teeth (13854, 3), posed and at rest, with the face bent, and the head following it."""
@@ -95,12 +99,14 @@ NO_FACE = Laid("none was asked for")
 
 
 def lay_face(surface: Surface, subject: Subject, body: Body, camera: Camera, settings: FaceSettings) -> Laid:
-    """The body's face on the photo's; a small one as the model has it, only moved, turned and scaled."""
+    """The body's face on the photo's; a small one, and one that is turned away, as the model has it, only moved, turned and scaled."""
     small = subject.face is not None and face_width(subject.face) < SMALL
     if small:
         settings = dataclasses.replace(settings, smoothing=_STIFF)
-    bent = bend_face(surface, subject, body, camera, settings=settings)
-    return Laid(bent) if isinstance(bent, str) else Laid("anny", bent, small)
+    bent = bend_face(surface, subject, body, camera, settings=settings, most=_MOST)
+    if isinstance(bent, str):
+        return Laid(bent)
+    return Laid("anny", bent, small, subject.face is not None and turned_away(subject.face) > TURNED)
 
 
 def face_width(landmarks: FloatArray) -> float:

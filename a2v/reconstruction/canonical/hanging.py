@@ -24,6 +24,10 @@ _SAMPLES = 1500
 """Samples of the legs at that height."""
 _OFTEN = 0.15
 """At least this share of them is alike."""
+_BENT = 60.0
+"""Who bends the hips by more degrees, as seated people do, shows the seat of the trousers between the thighs: the shins alone tell."""
+_THIGHS = 8
+"""Places between the thighs that are asked; those between the shins come after them."""
 
 
 def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: Camera) -> bool:
@@ -36,17 +40,36 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
 
     heads = body.bone_transforms[:, :3, 3].astype(np.float64)
     hips, knees, ankles = (np.stack([heads[body.bone_names.index(f"{bone}{side}")] for side in (".L", ".R")]) for bone in ("upperleg01", "lowerleg01", "foot"))
-    along = [(1 - t) * hips + t * knees for t in np.linspace(0.45, 1.0, 8)] + [(1 - t) * knees + t * ankles for t in np.linspace(0.1, 0.5, 4)]
+    along = [(1 - t) * hips + t * knees for t in np.linspace(0.45, 1.0, _THIGHS)] + [(1 - t) * knees + t * ankles for t in np.linspace(0.1, 0.5, 4)]
     middle = np.stack([pair.mean(axis=0) for pair in along])
     away = cKDTree(body.vertices).query(middle)[0]
-    telling = 2 * away > _GAP
-    if telling.sum() < _LEAST:
+    telling, least = 2 * away > _GAP, _LEAST
+    if _hips_bent(body) > _BENT:
+        telling[:_THIGHS], least = False, 2
+    if telling.sum() < least:
         return False
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
     within = RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle[telling], np.float32), flat) > 0
-    if within[: max(_LEAST, int(within.size * 0.6))].mean() < _SHARE:
+    if within[: max(least, int(within.size * 0.6))].mean() < _SHARE:
         return False
     return _alike(middle[telling][within], away[telling][within], body, subject, camera) >= _SHARE
+
+
+def _hips_bent(body: Body) -> float:
+    """By how many degrees the thighs, the less bent one, point away from where they do at rest, as seen from the trunk."""
+    from scipy.spatial.transform import Rotation
+
+    moved = body.bone_transforms[:, :3, :3].astype(np.float64) @ np.swapaxes(body.rest_transforms[:, :3, :3].astype(np.float64), 1, 2)
+    trunk = moved[body.bone_names.index("spine03")]
+    heads = body.bone_transforms[:, :3, 3].astype(np.float64)
+    rest = body.rest_transforms[:, :3, 3].astype(np.float64)
+    bent = []
+    for side in (".L", ".R"):
+        hip, knee = body.bone_names.index(f"upperleg01{side}"), body.bone_names.index(f"lowerleg01{side}")
+        ways = [trunk @ (rest[knee] - rest[hip]), heads[knee] - heads[hip]]
+        turn, _ = Rotation.align_vectors(ways[1][None], ways[0][None])
+        bent.append(float(np.degrees(turn.magnitude())))
+    return min(bent)
 
 
 def _alike(middle: FloatArray, away: FloatArray, body: Body, subject: Subject, camera: Camera) -> float:

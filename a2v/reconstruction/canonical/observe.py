@@ -10,6 +10,7 @@ from a2v.body.parts import PART_NEIGHBORS, PARTS
 from a2v.geometry.mesh import evened, face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.vectors import unit
+from a2v.reconstruction.canonical.shape import RestMesh
 from a2v.reconstruction.canvas import STEP
 from a2v.types import BoolArray, Camera, FloatArray, IntArray, Surface
 
@@ -59,22 +60,19 @@ class View:
     taken: BoolArray
 
 
-def observe(
-    surface: Surface, skin: FloatArray, rest: FloatArray, faces: IntArray, parts: IntArray, allowed: BoolArray, *, near: float, view: View
-) -> Observed:
+def observe(surface: Surface, mesh: RestMesh, skin: FloatArray, allowed: BoolArray, *, near: float, view: View) -> Observed:
     """Cast the posed skin onto a surface.
 
     Parameters
     ----------
     surface : Surface
         Closed, in the photo's pose.
-    skin, rest : (V, 3)
-        Vertices of the body's mesh in the photo's pose and at rest, metres.
-    faces : (F, 3)
-    parts : (V,)
-        Index into `a2v.body.PARTS`.
+    mesh : RestMesh
+        The body's mesh at rest.
+    skin : (V, 3)
+        Its vertices in the photo's pose, metres.
     allowed : (V,) bool
-        Vertices that are asked.
+        Vertices whose displacement is measured.
     near : float
         See `CharacterSettings`.
     view : View
@@ -82,7 +80,7 @@ def observe(
     """
     from scipy.spatial import cKDTree
 
-    normals = ray_normals(skin, faces)
+    normals = ray_normals(skin, mesh.faces)
     scene = RayScene(surface.vertices, surface.faces)
     flat = face_normals(surface.vertices, np.asarray(surface.faces, np.int64))
     own = np.flatnonzero(allowed)
@@ -91,12 +89,12 @@ def observe(
     hits = scene.cast(np.asarray(skin[own], np.float32), np.asarray(normals[own] * way[:, None], np.float32))
     met = np.where(hits.hit[:, None], flat[np.where(hits.hit, hits.face, 0)], 0.0)
     offset = np.where(hits.hit, hits.distance, 0.0) * way
-    most = np.array([_MOST[name.removeprefix("left_").removeprefix("right_")] for name in PARTS])[parts[own]]
+    most = np.array([_MOST[name.removeprefix("left_").removeprefix("right_")] for name in PARTS])[mesh.parts[own]]
     good = hits.hit & ((met * normals[own]).sum(axis=1) > _AGREE) & (offset < most) & (offset > -_SUNK)
     places = skin[own] + offset[:, None] * normals[own]
     nearest = cKDTree(skin[allowed]).query(places, workers=1)[1]
-    good &= np.linalg.norm(rest[own[nearest]] - rest[own], axis=1) < near
-    foreign = _foreign(places, skin, parts, own)
+    good &= np.linalg.norm(mesh.vertices[own[nearest]] - mesh.vertices[own], axis=1) < near
+    foreign = _foreign(places, skin, mesh.parts, own)
     good &= foreign > _FOREIGN[0] * np.abs(offset) + _FOREIGN[1]
     good &= _of_person(places, view)
     seen = _seen(scene, places, met, view.camera)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from a2v.geometry.mesh import Cholesky, cotangent_weights, laplacian, vertex_areas
@@ -15,23 +17,39 @@ _STIFF = 0.004
 """Metres over which slopes are held back, too: a thin plate alone would overshoot where nothing is known."""
 
 
-def solve_offsets(
-    rest: FloatArray, faces: IntArray, offset: FloatArray, weight: FloatArray, *, twin: IntArray, fixed: BoolArray, parts: IntArray, smoothing: float
-) -> FloatArray:
+@dataclass(frozen=True, eq=False)
+class RestMesh:
+    """The mesh that is displaced, at rest.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        Metres.
+    faces : (F, 3) int
+    parts : (V,) int
+        Index into `a2v.body.PARTS`.
+    twin : (V,) int
+        The mirrored vertex.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    parts: IntArray
+    twin: IntArray
+
+
+def solve_offsets(mesh: RestMesh, offset: FloatArray, weight: FloatArray, *, fixed: BoolArray, smoothing: float) -> FloatArray:
     """Displacements (V,) float64, metres, near the observed ones and smooth over the body.
 
     Minimises sum A c (d - o)^2 + l^4 |D d|^2 + s^2 |G d|^2, with areas A, certainties c, the Laplacian D and the gradient G of the body at rest.
 
     Parameters
     ----------
-    rest, faces : (V, 3), (F, 3)
+    mesh : RestMesh
     offset, weight : (V,)
-        Observed, and how much each counts.
-    twin : (V,) int
-        The mirrored vertex.
+        Observed displacements, metres, and the weight of each.
     fixed : (V,) bool
         Vertices that stay on the body.
-    parts : (V,)
     smoothing : float
         l, metres.
     """
@@ -39,16 +57,16 @@ def solve_offsets(
 
     known = (weight > 0) & ~fixed
     o, c = offset.copy(), weight.copy()
-    lent = ~known & ~fixed & known[twin]
-    o[lent], c[lent] = offset[twin[lent]], _TWIN * weight[twin[lent]]
-    for part in np.unique(parts):
-        mine = parts == part
+    lent = ~known & ~fixed & known[mesh.twin]
+    o[lent], c[lent] = offset[mesh.twin[lent]], _TWIN * weight[mesh.twin[lent]]
+    for part in np.unique(mesh.parts):
+        mine = mesh.parts == part
         usual = np.median(offset[mine & known]) if (mine & known).sum() > 20 else 0.0
         rest_of = mine & (c == 0) & ~fixed
         o[rest_of], c[rest_of] = max(float(usual), 0.0), _USUAL
     o[fixed], c[fixed] = 0.0, 100.0
-    area = vertex_areas(rest, faces) + 1e-10
-    stiff = laplacian(cotangent_weights(rest, faces))
+    area = vertex_areas(mesh.vertices, mesh.faces) + 1e-10
+    stiff = laplacian(cotangent_weights(mesh.vertices, mesh.faces))
     plate = stiff @ diags(1 / area) @ stiff
     system = diags(area * (c + 1e-6)) + smoothing**4 * plate + _STIFF**2 * stiff
     return np.asarray(Cholesky(system).solve((area * c * o)[:, None])[:, 0])

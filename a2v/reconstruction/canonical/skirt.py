@@ -12,7 +12,7 @@ from a2v.body.parts import PARTS, on_parts
 from a2v.geometry.mesh import face_normals, vertex_normals
 from a2v.geometry.rays import RayScene
 from a2v.geometry.steps import smoothstep
-from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.types import Body, BoolArray, FloatArray, IntArray, Standing, Surface
 
 COLUMNS = 96
@@ -96,8 +96,8 @@ def make_skirt(surface: Surface, body: Body, rest: FloatArray) -> Skirt | None:
     count = rows * COLUMNS
     base, four, bones, found, known, faces = base[:count], four[:count], bones[:count], found[:count], known[:count], _tube(rows)
     twin = np.arange(count).reshape(rows, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
-    none = np.zeros(count, bool)
-    offset = solve_offsets(base, faces, found, known.astype(np.float64), twin=twin, fixed=none, parts=np.zeros(count, np.int64), smoothing=_SMOOTH)
+    tube = RestMesh(vertices=base, faces=faces, parts=np.zeros(count, np.int64), twin=twin)
+    offset = solve_offsets(tube, found, known.astype(np.float64), fixed=np.zeros(count, bool), smoothing=_SMOOTH)
     offset = np.maximum(offset, 0.004)
     out = smoothstep(heights[0] - base[:, 1], 0.0, _TUCKED)
     offset = out * offset - (1 - out) * _UNDER

@@ -19,8 +19,8 @@ from a2v.reconstruction.face.places import placing_points
 from a2v.reconstruction.face.sewing import cut_and_sew
 from a2v.types import Body, Camera, Face, FloatArray, IntArray, Reconstruction, Subject, Surface
 
-_TURNED = 38.0
-"""Faces turned farther than so many degrees from the camera have no expressions."""
+TURNED = 38.0
+"""Faces turned farther than so many degrees from the camera have no expressions on a fused surface, and no features of their own on a canonical one."""
 _TEETH_SCALE = np.array([0.78, 0.92, 0.94])
 """The teeth are the model's stand-ins and too large for its mouth: so much smaller, closed lips hide them, and open ones show them."""
 _UPPER_UP = 0.0005
@@ -93,15 +93,20 @@ def add_face(
     return dataclasses.replace(person, surface=dataclasses.replace(surface, provenance=dict(surface.provenance) | {"face": reason}))
 
 
-def _unfit(subject: Subject) -> str:
-    """Why the photo's face cannot be used; empty if it can."""
-    if subject.face is None:
-        return "no face seen from before"
-    points = subject.face.astype(np.float64)
+def turned_away(landmarks: FloatArray) -> float:
+    """By how many degrees a face with mediapipe's landmarks (478, 3) is turned from the camera."""
+    points = landmarks.astype(np.float64)
     across, up = points[263] - points[33], points[10] - points[152]
     ahead = np.cross(across * [1, -1, 1], up * [1, -1, 1])
-    turned = float(np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1))))
-    return f"the face is turned away by {turned:.0f} degrees" if turned > _TURNED else ""
+    return float(np.degrees(np.arccos(np.clip(ahead[2] / max(float(np.linalg.norm(ahead)), 1e-9), -1, 1))))
+
+
+def _unfit(subject: Subject, most: float) -> str:
+    """Why the photo's face cannot be used, if it may be turned away by `most` degrees; empty if it can."""
+    if subject.face is None:
+        return "no face seen from before"
+    turned = turned_away(subject.face)
+    return f"the face is turned away by {turned:.0f} degrees" if turned > most else ""
 
 
 class _Bend:
@@ -126,6 +131,29 @@ class _Bend:
         if self._depth is not None:
             bent[:, 2] += self._depth(bent[:, :2])[:, 0]
         return bent
+
+
+class _Placing:
+    """Moves and scales the body's face as a whole to where the photo shows it, without bending it."""
+
+    _SCALES = (0.8, 1.25)
+
+    def __init__(self, sources: FloatArray, targets: FloatArray, points: FloatArray):
+        self._from, self._to = sources.mean(axis=0), targets.mean(axis=0)
+        away, wanted = sources - self._from, targets - self._to
+        self._scale = float(np.clip((away * wanted).sum() / max(float((away**2).sum()), 1e-12), *self._SCALES))
+        self._level, self._shift = float(points[:, 2].mean()), 0.0
+
+    def follow(self, places: FloatArray, depths: FloatArray, smoothing: FloatArray) -> None:
+        """Shift all depths by the median of `depths` (n,)."""
+        self._shift = float(np.median(depths)) if len(depths) else 0.0
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Placed points (n, 3)."""
+        placed = np.empty_like(points)
+        placed[:, :2] = self._to + self._scale * (points[:, :2] - self._from)
+        placed[:, 2] = self._level + self._scale * (points[:, 2] - self._level) + self._shift
+        return placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,9 +186,15 @@ class BentFace:
         return whole
 
 
-def bend_face(surface: Surface, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings()) -> BentFace | str:
-    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be done. It is bent in the camera's flat frame."""
-    reason = _unfit(subject)
+def bend_face(
+    surface: Surface, subject: Subject, body: Body, camera: Camera, *, settings: FaceSettings = FaceSettings(), most: float = TURNED
+) -> BentFace | str:
+    """Lay the body's face where the photo shows it and `surface` lies; why not, where it cannot be done. It is bent in the camera's flat frame.
+
+    A face that is turned away by more than `TURNED` and up to `most` degrees keeps the body's features: it is moved, turned and scaled only,
+    for the photo tells little of the width of its far half.
+    """
+    reason = _unfit(subject, most)
     if reason:
         return reason
     patch = face_patch()
@@ -172,7 +206,10 @@ def bend_face(surface: Surface, subject: Subject, body: Body, camera: Camera, *,
     ids, weights = face_landmarks()
     on_body = camera.flatten(np.einsum("kc,kcd->kd", weights, posed[ids]))[:, :2]
     on_photo = camera.flat.unproject(subject.face[:, :2].astype(np.float64), 0.0)[:, :2]
-    flat = _Bend(placing_points(on_body), placing_points(on_photo), settings.smoothing)
+    sources, targets = placing_points(on_body), placing_points(on_photo)
+    flat: _Bend | _Placing = _Bend(sources, targets, settings.smoothing)
+    if turned_away(subject.face) > TURNED:
+        flat = _Placing(sources, targets, camera.flatten(posed[patch.vertices]))
     seen = dataclasses.replace(surface, vertices=camera.flatten(surface.vertices))
     _follow_surface(flat, patch, camera.flatten(posed), flattened(body, camera), seen)
 
@@ -247,7 +284,7 @@ def _share(name: str, posed: FloatArray) -> FloatArray:
     return faded
 
 
-def _follow_surface(bend: _Bend, patch: Patch, posed: FloatArray, body: Body, surface: Surface) -> None:
+def _follow_surface(bend: _Bend | _Placing, patch: Patch, posed: FloatArray, body: Body, surface: Surface) -> None:
     """Let the bend's depths follow the surface: exactly at the patch's rim, roughly within."""
     from a2v.geometry.rays import ray_scene
 

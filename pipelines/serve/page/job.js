@@ -1,4 +1,5 @@
 // One video: how far it is, and what came out.
+import { sureness } from "./correct.js";
 import { ask, byId, duration, make, say, size } from "./tools.js";
 
 const STATUS = { waiting: "waiting", running: "being made", done: "done", failed: "failed", cancelled: "cancelled" };
@@ -7,7 +8,8 @@ const ABOUT = {
   "motion.bvh": "the motion of its rig, for other characters: Blender, MotionBuilder, Maya", "motion.npz": "the generated joints, for Python",
   "preview.html": "character and video on one page, to send on; opens with a double click", "report.json": "settings, seeds, times and versions: to make it again",
 };
-const TABS = ["Video", "Character", "Files"];
+const TABS = ["Video", "Character", "Files"], COMPARE = "Compare";
+const WITH = { ".glb": "Blender, Unity, Godot, browsers", ".fbx": "Unreal, Maya", ".usdz": "Apple's tools", ".vrm": "VRM avatars", ".html": "a page to send on" };
 const STAGES = ["outline", "body", "surface", "textured", "moving"];
 
 export class JobCard {
@@ -20,11 +22,14 @@ export class JobCard {
     this.known = "";
   }
 
-  show(job, photo) {
-    const now = JSON.stringify([job, photo && photo.title]);
+  show(job, photo, alike, choices) {
+    const now = JSON.stringify([job, photo && photo.title, alike.map(one => one.id), Boolean(choices)]);
     if (now === this.known) return;
+    const files = this.job && JSON.stringify([this.job.files, Boolean(this.choices)]), others = this.alike && this.alike.length;
     this.known = now;
     this.job = job;
+    this.alike = alike;
+    this.choices = choices;
     const { wish } = job, badge = this.find(".badge");
     this.find("h3").textContent = wish.action;
     this.find(".meta").textContent = [
@@ -38,10 +43,23 @@ export class JobCard {
     if (job.status === "running") this.showProgress(job.progress);
     else this.clearStages();
     if (job.status === "done" && this.find(".result").hidden) this.showResult();
+    else if (job.status === "done" && Boolean(others) !== Boolean(alike.length)) this.showResult(this.tab === COMPARE ? "Video" : this.tab);
+    else if (job.status === "done" && this.tab === "Files" && files !== JSON.stringify([job.files, Boolean(choices)])) this.choose("Files");
     this.find(".result").hidden = job.status !== "done";
     this.find(".notes").hidden = !job.notes.length;
     this.find(".notes ul").replaceChildren(...job.notes.map(text => make("li", {}, text)));
+    this.find(".sure").hidden = job.status !== "done" || !job.files["report.json"];
+    this.find(".sure").ontoggle = () => this.showSureness();
     this.showButtons();
+  }
+
+  async showSureness() {
+    const list = this.find(".sure ul");
+    if (list.childElementCount) return;
+    const { nodes } = await ask(this.address("report.json")).catch(() => ({ nodes: {} }));
+    const found = Object.assign({}, ...["photo_body", "joint_fit"].map(name => nodes[name] && nodes[name].measures));
+    list.replaceChildren(...sureness(found.camera, found.limb_errors));
+    if (!list.childElementCount) list.append(make("li", {}, "The report of this video does not say."));
   }
 
   showProgress(progress) {
@@ -100,17 +118,22 @@ export class JobCard {
     if (status === "waiting" || status === "running") found.push(act("Cancel", `${own}/cancel`, post));
     else {
       if (status !== "done") found.push(act("Try again", `${own}/again`, post));
+      else found.push(act("Another seed", "api/jobs", { method: "POST", body: JSON.stringify({ photo: this.job.photo, wish: { ...this.job.wish, seed: this.nextSeed() } }) }));
       found.push(act("Remove", own, { method: "DELETE" }, "Remove this video and its files?"));
     }
     this.find(".buttons").replaceChildren(...found);
   }
 
+  nextSeed() { return Math.max(this.job.wish.seed, ...this.alike.map(one => one.wish.seed)) + 1; }
+
   // --- the result
 
-  showResult() {
+  names() { return this.alike.length ? [...TABS, COMPARE] : TABS; }
+
+  showResult(first = "Video") {
     const tabs = this.find(".tabs"), panel = this.find(".panel");
     panel.id = `panel-${this.id}`;
-    tabs.replaceChildren(...TABS.map(name => {
+    tabs.replaceChildren(...this.names().map(name => {
       const tab = make("button", { type: "button" }, name);
       tab.setAttribute("role", "tab");
       tab.setAttribute("aria-controls", panel.id);
@@ -120,22 +143,22 @@ export class JobCard {
     tabs.onkeydown = event => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
-      const at = (TABS.indexOf(this.tab) + step + TABS.length) % TABS.length;
-      this.choose(TABS[at]);
+      const names = this.names(), at = (names.indexOf(this.tab) + step + names.length) % names.length;
+      this.choose(names[at]);
       tabs.children[at].focus();
     };
-    this.choose("Video");
+    this.choose(first);
   }
 
   choose(name) {
     this.tab = name;
     [...this.find(".tabs").children].forEach((tab, index) => {
-      tab.setAttribute("aria-selected", TABS[index] === name);
-      tab.tabIndex = TABS[index] === name ? 0 : -1;
+      tab.setAttribute("aria-selected", this.names()[index] === name);
+      tab.tabIndex = this.names()[index] === name ? 0 : -1;
     });
     const panel = this.find(".panel");
     panel.setAttribute("aria-label", name);
-    panel.replaceChildren(...{ Video: () => this.video(), Character: () => this.character(), Files: () => this.files() }[name]());
+    panel.replaceChildren(...{ Video: () => this.video(), Character: () => this.character(), Files: () => this.files(), Compare: () => this.compare() }[name]());
   }
 
   address(name) { return `jobs/${this.id}/${name.split("/").map(encodeURIComponent).join("/")}`; }
@@ -167,6 +190,54 @@ export class JobCard {
     return [frame];
   }
 
+  /** This performance beside another one of the same action. */
+  compare() {
+    const pair = make("div", { className: "pair" }), pick = make("select"), label = make("label", {}, "Beside seed");
+    const film = (id, seed) => {
+      const one = make("video", { controls: true, loop: true, muted: true, autoplay: true, playsInline: true, src: `jobs/${id}/video.mp4` });
+      one.setAttribute("aria-label", `seed ${seed}`);
+      const box = make("figure");
+      box.append(one, make("figcaption", {}, `seed ${seed}`));
+      return box;
+    };
+    const show = () => {
+      const other = this.alike[pick.selectedIndex] || this.alike[0];
+      pair.replaceChildren(film(this.id, this.job.wish.seed), film(other.id, other.wish.seed));
+      const [first, second] = pair.querySelectorAll("video");
+      first.onplay = () => { second.currentTime = first.currentTime; second.play().catch(() => {}); };
+      first.onpause = () => second.pause();
+      first.onseeked = () => { second.currentTime = first.currentTime; };
+    };
+    pick.append(...this.alike.map(one => new Option(`${one.wish.seed}`)));
+    pick.onchange = show;
+    label.append(pick);
+    label.hidden = this.alike.length < 2;
+    show();
+    return [label, pair];
+  }
+
+  /** The character for another tool: its bones' names, and the kind of file. */
+  exporter() {
+    const rig = make("select"), format = make("select"), go = make("button", { type: "button" }, "Write it"), problem = make("p", { className: "problem", hidden: true });
+    const box = make("details"), row = make("div", { className: "row" });
+    const named = (text, item) => { const label = make("label", { className: "grow" }, text); label.append(item); return label; };
+    rig.append(...this.choices.rigs.map(name => new Option(name)));
+    format.append(...this.choices.formats.map(name => new Option(WITH[name] ? `${name}: ${WITH[name]}` : name, name)));
+    go.onclick = async () => {
+      go.disabled = true;
+      go.textContent = "Writing…";
+      say(problem, "");
+      try { await ask(`api/jobs/${this.id}/export`, { method: "POST", body: JSON.stringify({ rig: rig.value, format: format.value }) }); } catch (error) { say(problem, error.message); }
+      go.disabled = false;
+      go.textContent = "Write it";
+      this.changed();
+    };
+    problem.setAttribute("role", "alert");
+    row.append(named("Rig", rig), named("Format", format), go);
+    box.append(make("summary", {}, "For another tool: other bones, other files"), row, problem);
+    return box;
+  }
+
   files() {
     const table = make("table", { className: "files" }), body = make("tbody");
     table.append(body);
@@ -174,11 +245,11 @@ export class JobCard {
     for (const name of names.filter(one => !one.startsWith("frame/"))) {
       const row = make("tr"), where = make("td");
       where.append(make("a", { href: `${this.address(name)}?download`, download: name }, name));
-      row.append(where, make("td", {}, ABOUT[name] || "one view alone"), make("td", {}, size(this.job.files[name])));
+      row.append(where, make("td", {}, ABOUT[name] || (name.startsWith("exports/") ? "the character for another tool, with this motion" : "one view alone")), make("td", {}, size(this.job.files[name])));
       body.append(row);
     }
     const all = make("a", { className: "button", href: this.address("all.zip"), download: "a2v.zip" }, "Download all as a zip");
     const more = frames.length ? [make("p", { className: "hint" }, `The zip also has ${frames.length} frames as PNG.`)] : [];
-    return [table, ...more, all];
+    return [table, ...more, all, ...(this.choices ? [this.exporter()] : [])];
   }
 }

@@ -1,6 +1,8 @@
 // The page: what is on it is what the server says, asked for again and again; no text of others becomes markup.
 import { Camera } from "./camera.js";
+import { Corrector } from "./correct.js";
 import { Gallery, loadFigures } from "./gallery.js";
+import { Ground } from "./ground.js";
 import { JobCard } from "./job.js";
 import { ask, byId, make, say, size } from "./tools.js";
 
@@ -68,17 +70,22 @@ function showPhoto(photo) {
   const address = photo.width ? `photos/${photo.id}/photo.jpg` : "";
   if (shown.getAttribute("src") !== address) address ? shown.setAttribute("src", address) : shown.removeAttribute("src");
   shown.alt = photo.title;
-  if (seen && mask.dataset.of !== photo.id) { mask.src = `photos/${photo.id}/mask.png`; mask.dataset.of = photo.id; }
+  const look = `photos/${photo.id}/mask.png?${photo.looks}`;
+  if (seen && mask.getAttribute("src") !== look) mask.src = look;
   mask.hidden = !seen || !byId("show-mask").checked;
   bones.toggleAttribute("hidden", !seen || !byId("show-bones").checked);  // an SVG has no property of that name
   if (seen) drawBones(bones, photo);
   byId("layers-row").hidden = photo.status === "looking";
+  byId("correct").hidden = !seen;
+  byId("further").hidden = !seen;
+  byId("more-photos").replaceChildren(...photo.more.map((digest, index) => make("img", { src: `photos/${photo.id}/more-${index + 1}.jpg?${digest}`, alt: `further photo ${index + 1}` })));
+  byId("less").hidden = !photo.more.length;
   byId("look-again").hidden = photo.status !== "unusable";
   document.querySelectorAll("#layers-row .check").forEach(label => { label.hidden = !seen; });
   const sure = photo.landmarks.filter(point => point[2] > 0.5).length;
   byId("seen-text").textContent =
     photo.status === "looking" ? "Looking for the person…" :
-    seen ? `Found the person: ${sure} of ${photo.landmarks.length} landmarks are clear.${photo.known ? " This character is remembered." : ""}` : "";
+    seen ? `Found the person: ${sure} of ${photo.landmarks.length} landmarks are clear.${photo.corrected ? " Corrected by you." : ""}${photo.known ? " This character is remembered." : ""}` : "";
   byId("warnings").replaceChildren(...photo.warnings.map(text => make("li", {}, text)));
   say(byId("photo-problem"), photo.status === "unusable" ? photo.problem : "");
 }
@@ -139,6 +146,18 @@ byId("sample").onclick = async () => {
   await send("api/sample", { method: "POST" });
   if (!byId("action").value.trim()) { byId("action").value = "Walk"; read(); }
 };
+const corrector = new Corrector(() => poll());
+byId("correct").onclick = () => corrector.open(photoOf(chosen), choices.limbs);
+byId("more-file").onchange = async () => {
+  const added = byId("more-file").files[0], problem = byId("photo-problem");
+  byId("more-file").value = "";
+  if (!added) return;
+  say(problem, added.size > choices.upload ? `This is larger than ${choices.upload >> 20} MB; send a smaller photo.` : "");
+  if (added.size <= choices.upload) await ask(`api/photos/${chosen}/more`, { method: "POST", body: added }).catch(error => say(problem, error.message));
+  poll();
+};
+byId("less").onclick = () => ask(`api/photos/${chosen}/more`, { method: "DELETE" }).catch(error => say(byId("photo-problem"), error.message)).then(poll);
+const ground = new Ground();
 new Camera(byId("camera"), blob => upload(blob, "camera"));
 
 // --- the action
@@ -217,7 +236,7 @@ byId("maker").onsubmit = async event => {
   const wish = {
     action: action.value.trim(), model: model.value, seconds: number("seconds"), fps: number("fps"), seed: number("seed"),
     views, size: number("size"), spp: number("spp"), background: background === "color" ? byId("color").value : background,
-    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value,
+    look: byId("look").value, aspect: byId("aspect").value, camera: byId("view-camera").value, path: ground.value,
   };
   byId("make").disabled = true;
   try {
@@ -238,7 +257,8 @@ function showJobs() {
       cards.set(job.id, card);
       byId("jobs").prepend(card.element);
     }
-    cards.get(job.id).show(job, photoOf(job.photo));
+    const alike = state.jobs.filter(one => one.id !== job.id && one.status === "done" && one.photo === job.photo && one.wish.action === job.wish.action && one.wish.seed !== job.wish.seed);
+    cards.get(job.id).show(job, photoOf(job.photo), alike, choices);
   }
   byId("empty").hidden = state.jobs.length > 0;
   const running = state.jobs.find(job => job.progress);

@@ -15,6 +15,7 @@ import psutil
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
 
+from a2v.perception import read_corrections
 from tests.support.page import CONTRAST, NAMELESS, ROOT, Server, find_browser
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -98,8 +99,9 @@ def order(page: Page, words: str, seconds: str = "1") -> str:
 def test_the_page_is_light_readable_and_named(visit: Callable[..., Page], server: Server) -> None:
     for scheme in ("light", "dark"):
         page = visit(viewport={"width": 360, "height": 740}, color_scheme=scheme)
-        for details in page.locator("main details").all():
-            details.locator("summary").click()
+        for summary in page.locator("main summary").all():  # those inside of others become visible one after another
+            if summary.is_visible():
+                summary.click()
         assert page.evaluate("document.scrollingElement.scrollWidth") <= 360
         assert page.evaluate(CONTRAST) == []
         assert page.evaluate(NAMELESS) == []
@@ -242,3 +244,46 @@ def test_two_people_and_a_restart_in_the_middle(visit: Callable[..., Page], serv
     one.locator(f"#job-{third}").get_by_role("button", name="Remove").click()
     expect(other.locator(f"#job-{third}")).to_have_count(0)
     assert not (server.folder / "jobs" / third).exists()
+
+
+@pytest.mark.slow
+def test_what_was_seen_is_corrected(visit: Callable[..., Page], server: Server) -> None:
+    page = visit(viewport={"width": 1200, "height": 900})
+    upload_sample(page)
+    photo = server.state()["photos"][-1]["id"]
+    page.get_by_role("button", name="Correct").click()
+    expect(page.locator("#fix-told")).to_contain_text("Body fitted", timeout=LONG)
+    outline = page.locator("#fix-svg path.outline")
+    before = outline.get_attribute("d")
+    mark = page.locator("[data-mark='15']")  # the left wrist
+    box = mark.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 30, box["y"] - 40, steps=4)
+    page.mouse.up()
+    expect(outline).not_to_have_attribute("d", str(before), timeout=30_000)  # the body follows
+    mark.focus()
+    at = float(mark.get_attribute("cx") or 0)
+    page.keyboard.press("ArrowRight")
+    assert float(mark.get_attribute("cx") or 0) > at
+    assert page.evaluate("document.activeElement.dataset.mark") == "15"
+    page.locator("summary", has_text="Limbs in front or behind").click()
+    limb = page.locator("[data-limb=right_lower_arm]")
+    shown = limb.inner_text()
+    limb.click()
+    expect(limb).to_have_attribute("aria-pressed", "true")
+    assert limb.inner_text() != shown
+    page.get_by_role("button", name="Paint out").click()
+    page.locator("#fix-stage").focus()
+    page.keyboard.press("Space")
+    assert page.evaluate(CONTRAST) == []
+    assert page.evaluate(NAMELESS) == []
+    page.get_by_role("button", name="Save", exact=True).click()
+    expect(page.locator("#seen-text")).to_contain_text("Corrected by you", timeout=LONG)
+    kept = read_corrections((server.folder / "photos" / photo / "me.yaml").read_bytes(), "me.yaml")
+    assert [name for name, _, _ in kept.landmarks] == ["left_wrist"]
+    assert [name for name, _ in kept.limbs] == ["right_lower_arm"]
+    assert [stroke.add for stroke in kept.strokes] == [False]
+    now = server.state()["photos"][-1]
+    assert now["landmarks"][15][:2] == pytest.approx([kept.landmarks[0][1] * now["width"], kept.landmarks[0][2] * now["height"]], abs=1)

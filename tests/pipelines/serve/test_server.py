@@ -26,7 +26,7 @@ from pipelines.serve.clock import Clock
 from pipelines.serve.records import Library
 from pipelines.serve.stages import STAGES
 from pipelines.serve.wishes import FIRST, MODELS, Wish, actions_of
-from tests.support.page import ROOT, Server, arrived
+from tests.support.page import ROOT, Server, arrived, ready
 from tests.support.uploads import hostile_uploads, picture
 
 SAMPLE = ROOT / "a2v" / "samples" / "person.jpg"
@@ -37,9 +37,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server with a finished job that was written by hand: its files are real, nothing was computed."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
-    photo = arrived(library, picture(), "somebody")
-    photo.status = "ready"
-    library.keep(photo)
+    photo = ready(library)
     job = library.add_job(photo, Wish(action="Walk", model="cmu"))
     write_video(library.place(job) / "video.mp4", [np.full((64, 64, 3), 90, np.uint8)] * 5, 10.0)
     (library.place(job) / "secret.txt").symlink_to("/etc/hostname")

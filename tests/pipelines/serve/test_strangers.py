@@ -25,8 +25,8 @@ from pipelines.serve import edge, wire
 from pipelines.serve.archive import PART, zipped
 from pipelines.serve.records import Library
 from pipelines.serve.wishes import Wish
-from tests.support.page import Server, arrived
-from tests.support.uploads import chunk, picture
+from tests.support.page import Server, ready
+from tests.support.uploads import chunk
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +34,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A server with one photo that is ready, whose job's record an older version had let in with half a character."""
     folder = tmp_path_factory.mktemp("page")
     library = Library(folder)
-    photo = arrived(library, picture(), "somebody")
-    photo.status = "ready"
-    library.keep(photo)
+    photo = ready(library)
     job = library.add_job(photo, Wish(action="Walk"))
     path = library.place(job) / "job.json"
     path.write_text(path.read_text().replace('"Walk"', '"Walk\\ud800"'))

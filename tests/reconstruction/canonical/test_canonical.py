@@ -6,17 +6,20 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from a2v.animation import deform, standing_character
+from a2v.body.fingers import reskinned
 from a2v.body.parts import PARTS, on_parts
 from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed, vertex_areas
 from a2v.geometry.rays import RayScene
+from a2v.kinematics.skeleton import subtree
 from a2v.reconstruction.borders import Borders
-from a2v.reconstruction.canonical import CharacterSettings, canonical_person, hangs_between_legs, is_canonical
+from a2v.reconstruction.canonical import CharacterSettings, Sight, canonical_person, hangs_between_legs, is_canonical
 from a2v.reconstruction.canonical.coloring import layout
 from a2v.reconstruction.canonical.face import face_width
-from a2v.reconstruction.canonical.shape import solve_offsets
+from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
 from a2v.reconstruction.canonical.skirt import skirt_faces
 from a2v.reconstruction.canonical.topology import topology
 from a2v.reconstruction.canonical.wear import in_tips
@@ -38,7 +41,7 @@ def dressed(body: Body) -> Reconstruction:
 
 @pytest.fixture(scope="module")
 def person(dressed: Reconstruction, body: Body) -> Reconstruction:
-    return canonical_person(dressed, photographed(body), body, CAMERA)
+    return canonical_person(Sight(photographed(body), body, CAMERA, dressed))
 
 
 def test_the_mesh_is_whole_even_and_symmetric() -> None:
@@ -181,9 +184,7 @@ def test_unknown_displacements_are_the_twins() -> None:
     parts = np.zeros(len(rest), np.int64)
     left = mesh.skin & (rest[:, 0] > 0.02)
     offset = np.where(left, 0.03, 0.0)
-    found = solve_offsets(
-        rest, mesh.faces, offset, left.astype(float), twin=mesh.twin, fixed=~mesh.skin, parts=parts, smoothing=0.007
-    )  # fmt: skip
+    found = solve_offsets(RestMesh(rest, mesh.faces, parts, mesh.twin), offset, left.astype(float), fixed=~mesh.skin, smoothing=0.007)
     right = mesh.skin & (rest[:, 0] < -0.05)
     assert np.abs(found[right] - 0.03).mean() < 0.003
 
@@ -229,10 +230,32 @@ def test_cloth_between_the_legs_is_found(dressed: Reconstruction, body: Body) ->
     assert not hangs_between_legs(skirt.surface, body, other, CAMERA)
 
 
+def test_the_seat_of_a_seated_persons_trousers_is_no_skirt(body: Body) -> None:
+    """Thighs raised by 80 degrees: what fills the place between them, but not between the shins, does not hang."""
+    turned, transforms = Rotation.from_euler("x", -80, degrees=True).as_matrix(), body.bone_transforms.astype(np.float64).copy()
+    shins = np.concatenate([subtree(body.bone_parents, body.bone_names.index(f"lowerleg01{side}")) for side in (".L", ".R")])
+    for side in (".L", ".R"):
+        leg = subtree(body.bone_parents, body.bone_names.index(f"upperleg01{side}"))
+        hip = transforms[body.bone_names.index(f"upperleg01{side}"), :3, 3].copy()
+        knee = transforms[body.bone_names.index(f"lowerleg01{side}"), :3, 3].copy()
+        transforms[leg, :3, :3], transforms[leg, :3, 3] = turned @ transforms[leg, :3, :3], hip + (transforms[leg, :3, 3] - hip) @ turned.T
+        moved = hip + turned @ (knee - hip)
+        own = np.intersect1d(leg, shins)  # they hang
+        transforms[own, :3, :3], transforms[own, :3, 3] = turned.T @ transforms[own, :3, :3], moved + (transforms[own, :3, 3] - moved) @ turned
+    seated = reskinned(body, transforms)
+    knees = transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    hips = transforms[[body.bone_names.index(f"upperleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
+    seat = coated(seated, cell=0.02, coat=0.01, ball=((hips + knees) / 2, 0.13))
+    subject = photographed(seated)
+    assert not hangs_between_legs(seat.surface, seated, subject, CAMERA)
+    skirt = coated(seated, cell=0.02, coat=0.01, ball=(knees - [0, 0.15, 0], 0.3))
+    assert hangs_between_legs(skirt.surface, seated, subject, CAMERA)
+
+
 def test_a_skirt_is_a_layer_of_its_own_that_ends_at_its_hem(body: Body) -> None:
     knees = body.bone_transforms[[body.bone_names.index(f"lowerleg01{side}") for side in (".L", ".R")], :3, 3].mean(axis=0)
     skirt = coated(body, cell=0.02, coat=0.01, ball=(knees + np.array([0, 0.12, 0]), 0.26))
-    made = canonical_person(skirt, photographed(body), body, CAMERA, hangs=True)
+    made = canonical_person(Sight(photographed(body), body, CAMERA, skirt), hangs=True)
     mesh, standing = topology(), made.surface.standing
     assert standing is not None
     count = len(standing.vertices) - len(mesh.twin)

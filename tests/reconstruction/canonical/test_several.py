@@ -105,7 +105,7 @@ def test_a_person_before_and_behind_has_the_colours_of_both_photos():
         person: Reconstruction = coated(body, cell=0.02, coat=0.01)
         sights.append(Sight(subject, body, camera, person))
     main, other = sights
-    made = canonical_person(main.person, main.subject, main.body, main.camera, others=[other])
+    made = canonical_person(main, others=[other])
     assert made.surface.provenance["photos"] == 2
     plain = ColorSettings(texture=256, synthesis=False, delight=False)
     colored = color_by_photo(made, main.subject, main.body, main.camera, settings=plain, others=[other])

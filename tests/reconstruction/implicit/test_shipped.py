@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from a2v.body import PARTS, nearest_spots
 from a2v.errors import InputError
 from a2v.geometry.visibility import silhouette_iou
-from a2v.reconstruction import ColorSettings, ImplicitSettings, color_surface, implicit_surface
+from a2v.reconstruction import ColorEvidence, ColorSettings, ImplicitSettings, color_surface, implicit_surface
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.types import Body, OrthographicCamera, Subject, Surface
 from tests.support.photographs import JACKET
@@ -41,9 +41,8 @@ def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Sur
 
 def test_the_unseen_side_takes_the_networks_colours(scene: Scene, surface: Surface) -> None:
     subject, body, camera = scene
-    colored = color_surface(
-        surface, subject, camera, prior=surface.colors, spots=nearest_spots(surface.vertices, body), settings=ColorSettings(texture=0)
-    )
+    evidence = ColorEvidence(prior=surface.colors, spots=nearest_spots(surface.vertices, body))
+    colored = color_surface(surface, subject, camera, evidence=evidence, settings=ColorSettings(texture=0))
     height = surface.vertices[:, 1] / np.ptp(surface.vertices[:, 1])
     back = (height > 0.6) & (height < 0.75) & (surface.vertices[:, 2] < np.median(surface.vertices[:, 2]) - 0.05)
     back &= np.abs(surface.vertices[:, 0]) < 0.1

@@ -9,8 +9,7 @@ from a2v.body import FitResult, fit_body
 from a2v.body.settings import FitSettings
 from a2v.body.together import fit_together
 from a2v.reconstruction.backends import DEFAULT_BACKEND, color_by_photo, reconstruct, settings_of
-from a2v.reconstruction.canonical import canonical_person, hangs_between_legs
-from a2v.reconstruction.canonical.several import Sight
+from a2v.reconstruction.canonical import Sight, canonical_person
 from a2v.types import Subject, Surface
 
 
@@ -29,7 +28,6 @@ def character_of(subjects: Sequence[Subject], fits: Sequence[FitResult], *, sett
         settled = [fit_body(subjects[0], settings=settings, surface=people[0].surface, camera=fits[0].camera, initial=fits[0])]
     sights = [Sight(subject, fit.body, fit.camera, person) for subject, fit, person in zip(subjects, settled, people, strict=True)]
     main, *others = sights
-    hangs = hangs_between_legs(main.person.surface, main.body, main.subject, main.camera)
-    made = canonical_person(main.person, main.subject, main.body, main.camera, hangs=hangs, others=others)
+    made = canonical_person(main, others=others)
     colored = color_by_photo(made, main.subject, main.body, main.camera, others=others)
     return colored, dataclasses.replace(settled[0], residuals=fits[0].residuals)

@@ -231,14 +231,12 @@ def peak_memory(case: Case, method: Method, settings: BenchmarkSettings) -> floa
 
 
 def _peak_of_run(image: ByteArray, mask: ByteArray | None, method: Method, bodymap: bool) -> float:
-    import resource
-    import sys
-
     from a2v.body import fit_body
     from a2v.perception import PerceptionSettings, find_person
+    from a2v.system import peak_memory
 
-    subject = find_person(image, mask=mask, settings=PerceptionSettings(bodymap=bodymap))
-    fit = fit_body(subject)
-    COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / 1024 / (1024 if sys.platform == "darwin" else 1)  # macOS counts bytes
+    with peak_memory() as peak:
+        subject = find_person(image, mask=mask, settings=PerceptionSettings(bodymap=bodymap))
+        fit = fit_body(subject)
+        COLORINGS[method.coloring](backend_of(method.backend, method.weights)(subject, fit.body, fit.camera), subject, fit.body, fit.camera)
+        return peak() / (1 << 20)

@@ -37,7 +37,7 @@ from a2v.lab.studio.makehuman.hm08 import (
     sparse_weights,
     strongest,
 )
-from a2v.lab.studio.scene import FaceKinds, sort_faces
+from a2v.lab.studio.scene import Dressed, sort_faces
 from a2v.lab.studio.solid import weld
 from a2v.lab.studio.stand import PreparedAvatar
 from a2v.lab.studio.streams import Stream
@@ -77,15 +77,6 @@ class Person:
     hat: str
     hair_color: tuple[float, float, float]
     eye_color: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Dressed:
-    """A person who can be photographed."""
-
-    prepared: PreparedAvatar
-    faces: FaceKinds
-    guide: Guide
 
 
 class Wardrobes:

@@ -11,8 +11,9 @@ from a2v.errors import InputError
 from a2v.geometry.rays import RayScene
 from a2v.lab.studio.makehuman.hm08 import RIG_BONES, RIG_PARENTS, load_base, rig_bone, shape_body, sparse_weights
 from a2v.lab.studio.makehuman.named import NAMED_PEOPLE, named_person
-from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, Dressed, Dresser, draw_person, filled_texture, tinted
+from a2v.lab.studio.makehuman.people import ARCHIVE, HELD_OUT, Dresser, draw_person, filled_texture, tinted
 from a2v.lab.studio.posing import POSED_BONES, PoseLibrary
+from a2v.lab.studio.scene import Dressed
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.studio import Studio
 

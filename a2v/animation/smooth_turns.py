@@ -1,0 +1,74 @@
+"""Turns over time that keep points out of half-spaces: the smallest and smoothest ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.types import FloatArray
+
+_WIDTH = 0.01
+"""Metres by which a point that is missed by so much counts 1."""
+_SIZE = 0.3
+"""What a radian of turning counts, squared."""
+_SECONDS = 0.1
+"""Over which a turn comes and goes."""
+_CHANGES = 6
+"""Times that it is looked at which half-spaces count, at most."""
+
+
+def smooth_turns(slopes: FloatArray, missing: FloatArray, turned: FloatArray, fps: float) -> FloatArray:
+    """Turns that move points as far as they have to go, near those of now.
+
+    The least squares of what points miss, of the turns and of their second differences over time; a half-space counts where its point is
+    not yet out, which is looked at again with the turns that are found (an active set). One banded system for all frames.
+
+    Parameters
+    ----------
+    slopes : (T, M, C) float64
+        How far each of M points moves for each of C turns, metres a radian.
+    missing : (T, M) float64
+        How far each has to move from where it is with the turns of now, metres; negative where it is out.
+    turned : (T, C) float64
+        The turns of now, radians.
+    fps : float
+
+    Returns
+    -------
+    (T, C) float64
+    """
+    from scipy.linalg import solveh_banded
+
+    frames, count = turned.shape
+    smoothness = _smoothness(frames, count, _SIZE * (_SECONDS * fps) ** 4)
+    asked = missing + np.einsum("tmc,tc->tm", slopes, turned)
+    found, counts = turned, missing > 0
+    for _ in range(_CHANGES):
+        weights = counts / _WIDTH**2
+        products = np.einsum("tm,tmc,tmd->tcd", weights, slopes, slopes)
+        bands = smoothness.copy()
+        bands[0] += _SIZE
+        for lower in range(count):
+            for column in range(count - lower):
+                bands[lower, column::count] += products[:, column + lower, column]
+        right = np.einsum("tm,tmc,tm->tc", weights, slopes, asked)
+        found = solveh_banded(bands, right.reshape(-1), lower=True).reshape(frames, count)
+        now = asked > np.einsum("tmc,tc->tm", slopes, found)
+        if (now == counts).all():
+            break
+        counts = now
+    return found
+
+
+def _smoothness(frames: int, count: int, weight: float) -> FloatArray:
+    """Lower bands (2 C + 1, T C) of the squares of second differences of C curves over T frames."""
+    bands = np.zeros((2 * count + 1, frames * count))
+    for begin in range(frames - 2):
+        for first in range(3):
+            for second in range(first, 3):
+                at = (begin + first) * count
+                bands[(second - first) * count, at : at + count] += weight * _DIFFERENCE[first] * _DIFFERENCE[second]
+    return bands
+
+
+_DIFFERENCE = (1.0, -2.0, 1.0)
+"""Of three frames: the second difference."""

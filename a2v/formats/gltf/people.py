@@ -1,0 +1,369 @@
+"""Characters of others in binary glTF or VRM: their bones as a `Body` that motions are carried over to, and files with more animations.
+
+Nothing of the given file changes but that animations are added: its binary chunk is the beginning of the new one.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from a2v.formats.characters import Clips, check_clips
+from a2v.formats.gltf.document import Document
+from a2v.formats.gltf.reading import Gltf, read_glb
+from a2v.geometry.polar import nearest_rotations
+from a2v.io import atomic_path
+from a2v.kinematics import rotmat_to_quat
+from a2v.kinematics.names import canonical_joints, missing_joints
+from a2v.kinematics.resample import continuous
+from a2v.types import Body, FloatArray, IntArray
+
+MAX_WEIGHTS = 32_000_000
+"""Vertices times bones."""
+_UNEVEN = 0.02
+"""Bones may be scaled unevenly by so much."""
+_HEIGHTS = (0.3, 4.0)
+"""Legs of such lengths are metres; others are taken for `_LEG`."""
+_LEG = 0.85
+"""Thigh and shin of an adult, metres."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Person:
+    """A character of a file.
+
+    Attributes
+    ----------
+    file : Gltf
+    body : Body
+        Its bones and skin as the file poses them: metres, y up, facing +z, the soles on y = 0.
+    nodes : tuple of int
+        The file's node of each bone.
+    turn : (3, 3) float64
+        The body's axes from the file's.
+    unit : float
+        Metres per unit of the file.
+    floor : float
+        Height of the soles in the file, metres, which is its ground.
+    mover : int
+        The bone that carries all of the person: of those that hips and shoulders hang on, the lowest.
+    """
+
+    file: Gltf
+    body: Body
+    nodes: tuple[int, ...]
+    turn: FloatArray
+    unit: float
+    floor: float
+    mover: int
+
+
+def read_person(path: str | os.PathLike[str]) -> Person:
+    """Read a skinned person from a ``.glb`` or ``.vrm``.
+
+    Raises
+    ------
+    InputError
+        The file is broken or too large, has no skin, or its bones have no names that `canonical_joints` knows; bones that are mirrored
+        or scaled unevenly; a person that lies or is upside down.
+    """
+    file = read_glb(path)
+    if not file.items("skins"):
+        raise file.fail("has no skin")
+    world, above = file.node_matrices()
+    nodes = _bones(file, above)
+    parents = np.array([_nearest(node, nodes, above) for node in nodes])
+    names = _names(file, nodes)
+    found = canonical_joints(names, parents.tolist())
+    if missing := missing_joints(found):
+        raise file.fail(f"has no bone for {', '.join(missing[:4])} among {', '.join(name for name in names[:6] if name) or 'its nodes'}...")
+    if not np.isfinite(world).all() or np.abs(world).max() > 1e6:
+        raise file.fail("has nodes at places that are no numbers, or far away")
+    turns = _decomposed(file, world[list(nodes)])
+    turn, unit = _placed(file, found, world[list(nodes)][:, :3, 3])
+    rest = np.tile(np.eye(4), (len(nodes), 1, 1))
+    rest[:, :3, :3] = turn @ turns
+    rest[:, :3, 3] = unit * (world[list(nodes)][:, :3, 3] @ turn.T)
+    vertices, faces, weights = _skin(file, world, nodes)
+    placed = unit * (vertices @ turn.T)
+    floor = float(placed[:, 1].min())
+    rest[:, 1, 3] -= floor
+    placed[:, 1] -= floor
+    body = Body(
+        model="the file's",
+        parameters={},
+        vertices=placed.astype(np.float32),
+        faces=faces,
+        bone_names=tuple(names),
+        bone_parents=parents,
+        bone_transforms=rest.astype(np.float32),
+        rest_transforms=rest.astype(np.float32),
+        bone_tails=rest[:, :3, 3].astype(np.float32),
+        weights=weights,
+        parts=np.zeros(len(placed), np.int8),
+    )
+    mover = _mover(found, parents.tolist())
+    return Person(file=file, body=body, nodes=nodes, turn=turn, unit=unit, floor=floor, mover=mover)
+
+
+def write_person(path: str | os.PathLike[str], person: Person, clips: Clips) -> None:
+    """Write the file of a person with further animations, atomically.
+
+    Bones at and below `Person.mover` turn, and it alone is carried; what is above it, and nodes that are no bones, stay as they are.
+    Names that the file has already get a number.
+
+    Parameters
+    ----------
+    path : path
+    person : Person
+    clips : Clips
+        Of its body: bone transforms (T, B, 4, 4), world from bone, metres.
+
+    Raises
+    ------
+    InputError
+        A clip does not fit the body; the file's animations or buffers are not as glTF has them.
+    """
+    file = person.file
+    tree = copy.deepcopy(file.json)
+    buffers = file.items("buffers")
+    if len(buffers) != 1 or "uri" in buffers[0]:
+        raise file.fail("keeps its numbers outside of the file, or in several buffers")
+    document = Document("")
+    document.blob = bytearray(file.binary)
+    document.json = tree
+    for kind in ("accessors", "bufferViews", "animations"):
+        file.items(kind)  # a list of objects, or an error
+        tree.setdefault(kind, [])
+    taken = {str(animation.get("name", "")) for animation in tree["animations"]}
+    for name, (moves, fps) in check_clips(clips, len(person.body.bone_names)).items():
+        free = next(title for title in (name, *(f"{name}_{number}" for number in range(2, len(taken) + 3))) if title not in taken)
+        taken.add(free)
+        tree["animations"].append(_animation(document, person, free, moves, fps))
+    data = bytes(document.blob) + b"\0" * (-len(document.blob) % 4)
+    tree["buffers"][0]["byteLength"] = len(document.blob)
+    text = json.dumps(tree, separators=(",", ":"), ensure_ascii=False).encode()
+    text += b" " * (-len(text) % 4)
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        stream.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)))
+        stream.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        stream.write(struct.pack("<I4s", len(data), b"BIN\0") + data)
+
+
+def _animation(document: Document, person: Person, name: str, moves: FloatArray, fps: float) -> dict[str, Any]:
+    """An animation of transforms (T, B, 4, 4) of the body, in the file's own nodes."""
+    file, body = person.file, person.body
+    world, above = file.node_matrices()
+    turns = _decomposed(file, world[list(person.nodes)])
+    times = document.accessor((np.arange(len(moves)) / fps).astype(np.float32), bounds=True)
+    samplers: list[dict[str, Any]] = []
+    channels: list[dict[str, Any]] = []
+
+    def channel(bone: int, path: str, values: FloatArray) -> None:
+        samplers.append({"input": times, "output": document.accessor(values.astype(np.float32)), "interpolation": "LINEAR"})
+        channels.append({"sampler": len(samplers) - 1, "target": {"node": person.nodes[bone], "path": path}})
+
+    from_rest = moves[..., :3, :3] @ np.swapaxes(body.rest_transforms[:, :3, :3].astype(np.float64), -1, -2)
+    turned = person.turn.T @ from_rest @ person.turn @ turns
+    below = {person.mover}
+    for bone, parent in enumerate(body.bone_parents.tolist()):
+        if parent in below:
+            below.add(bone)
+        if bone not in below:
+            continue
+        outer = above[person.nodes[bone]]
+        base = np.eye(3) if outer < 0 else _decomposed(file, world[outer][None])[0]  # of the node above, which may be no bone
+        if bone == person.mover or parent not in below:
+            around = np.broadcast_to(base, turned[:, bone].shape)
+        else:
+            around = turned[:, parent] @ (turns[parent].T @ base)
+        local, still = np.swapaxes(around, 1, 2) @ turned[:, bone], base.T @ turns[bone]
+        if np.abs(local - still).max() > 1e-5:
+            channel(bone, "rotation", continuous(rotmat_to_quat(local)[..., [1, 2, 3, 0]]))
+        if bone == person.mover:
+            shift = moves[:, bone, :3, 3] - body.rest_transforms[bone, :3, 3].astype(np.float64)
+            places = world[person.nodes[bone]][:3, 3] + shift @ person.turn / person.unit
+            inverse = np.eye(4) if outer < 0 else np.linalg.inv(world[outer])
+            channel(bone, "translation", places @ inverse[:3, :3].T + inverse[:3, 3])
+    return {"name": name, "samplers": samplers, "channels": channels}
+
+
+def _bones(file: Gltf, above: list[int]) -> tuple[int, ...]:
+    """Nodes that are joints of a skin, or lie between two of them; parents first."""
+    joints = {joint for skin in file.items("skins") for joint in file.joints(skin)}
+    inside = set(joints)
+    for joint in joints:
+        path, at = [], above[joint]
+        while at >= 0 and at not in joints:
+            path.append(at)
+            at = above[at]
+        if at >= 0:
+            inside |= set(path)
+
+    def depth(node: int) -> int:
+        steps = 0
+        while above[node] >= 0:
+            node, steps = above[node], steps + 1
+        return steps
+
+    return tuple(sorted(inside, key=lambda node: (depth(node), node)))
+
+
+def _nearest(node: int, nodes: tuple[int, ...], above: list[int]) -> int:
+    """Place in `nodes` of the nearest ancestor that is there, -1 for none."""
+    known = {one: place for place, one in enumerate(nodes)}
+    at = above[node]
+    while at >= 0 and at not in known:
+        at = above[at]
+    return known.get(at, -1)
+
+
+def _names(file: Gltf, nodes: tuple[int, ...]) -> list[str]:
+    """Names of the bones: those of VRM's humanoid where the file has one, else the nodes' own."""
+    every = file.items("nodes")
+    names = [str(every[node].get("name", ""))[:200] for node in nodes]
+    human = _humanoid(file)
+    if human:
+        return [human.get(node, f"other{place}") for place, node in enumerate(nodes)]
+    return names
+
+
+def _humanoid(file: Gltf) -> dict[int, str]:
+    """VRM's name of each node that has one, of either edition."""
+    extensions = file.json.get("extensions")
+    found: dict[int, str] = {}
+    if not isinstance(extensions, dict):
+        return found
+    for key in ("VRMC_vrm", "VRM"):
+        said = extensions.get(key)
+        humanoid = said.get("humanoid") if isinstance(said, dict) else None
+        bones = humanoid.get("humanBones") if isinstance(humanoid, dict) else None
+        rows: list[tuple[Any, Any]] = []
+        if isinstance(bones, dict):
+            rows = [(name, bone.get("node")) for name, bone in bones.items() if isinstance(bone, dict)]
+        elif isinstance(bones, list):
+            rows = [(bone.get("bone"), bone.get("node")) for bone in bones if isinstance(bone, dict)]
+        for name, node in rows:
+            file.item("nodes", node)
+            found.setdefault(node, str(name)[:200])
+    return found
+
+
+def _decomposed(file: Gltf, world: FloatArray) -> FloatArray:
+    """Rotations (n, 3, 3) of matrices (n, 4, 4) that may be scaled."""
+    lengths = np.linalg.norm(world[:, :3, :3], axis=1)
+    sizes = lengths.mean(axis=1)
+    if (sizes < 1e-9).any() or (np.abs(lengths - sizes[:, None]) > _UNEVEN * sizes[:, None]).any() or (np.linalg.det(world[:, :3, :3]) <= 0).any():
+        raise file.fail("has bones that are mirrored, scaled to nothing or scaled unevenly; apply the scale in the program that made it")
+    return nearest_rotations(world[:, :3, :3] / sizes[:, None, None])
+
+
+def _placed(file: Gltf, found: Mapping[str, int], heads: FloatArray) -> tuple[FloatArray, float]:
+    """Rotation (3, 3) about y that makes the person face +z, and metres per unit."""
+    across = heads[found["left_hip"]] - heads[found["right_hip"]] + heads[found["left_shoulder"]] - heads[found["right_shoulder"]]
+    up = heads[found["left_shoulder"]] + heads[found["right_shoulder"]] - heads[found["left_ankle"]] - heads[found["right_ankle"]]
+    size = float(np.linalg.norm(up))
+    if size < 1e-9 or up[1] < 0.7 * size or np.hypot(across[0], across[2]) < 1e-6 * size:
+        raise file.fail("has a person that does not stand upright along y where no animation plays")
+    yaw = float(np.arctan2(across[2], across[0]))
+    turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
+    legs = [
+        float(np.linalg.norm(heads[found[f"{side}_hip"]] - heads[found[f"{side}_knee"]]) + np.linalg.norm(heads[found[f"{side}_knee"]] - heads[found[f"{side}_ankle"]]))
+        for side in ("left", "right")
+    ]  # fmt: skip
+    leg = float(np.mean(legs))
+    if leg < 1e-9:
+        raise file.fail("has legs without length")
+    return turn, 1.0 if _HEIGHTS[0] / 2 <= leg <= _HEIGHTS[1] / 2 else _LEG / leg
+
+
+def _skin(file: Gltf, world: FloatArray, nodes: tuple[int, ...]) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Vertices (n, 3) float64 of all skinned meshes as the file poses them, its units, faces (f, 3) and weights (n, B) float32 of the bones."""
+    place = {node: number for number, node in enumerate(nodes)}
+    points, faces, weights = list[FloatArray](), list[IntArray](), list[FloatArray]()
+    count = 0
+    for node in file.items("nodes"):
+        if "mesh" not in node or "skin" not in node:
+            continue
+        skin = file.item("skins", node["skin"])
+        joints = file.joints(skin)
+        owners, matrices = np.array([place[joint] for joint in joints]), world[joints] @ _inverse_bind(file, skin, len(joints))
+        primitives = file.item("meshes", node["mesh"]).get("primitives")
+        for primitive in primitives if isinstance(primitives, list) else []:
+            attributes = primitive.get("attributes") if isinstance(primitive, dict) else None
+            if not isinstance(attributes, dict) or not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
+                continue
+            made, (bones, shares) = _posed(file, attributes, matrices)
+            if (count + len(made)) * len(nodes) > MAX_WEIGHTS:
+                raise file.fail(f"has {count + len(made)} vertices and {len(nodes)} bones or more; expected a product of at most {MAX_WEIGHTS}")
+            points.append(made)
+            faces.append(count + _triangles(file, primitive, len(made)))
+            rows = np.zeros((len(made), len(nodes)), np.float32)
+            np.add.at(rows, (np.arange(len(made))[:, None], owners[bones]), shares.astype(np.float32))
+            weights.append(rows)
+            count += len(made)
+    if not points or count < 3:
+        raise file.fail("has no skinned mesh")
+    every = np.concatenate(points)
+    if not np.isfinite(every).all() or np.abs(every).max() > 1e6:
+        raise file.fail("has vertices at places that are no numbers, or far away")
+    return every, np.concatenate(faces).astype(np.int32), np.concatenate(weights)
+
+
+def _inverse_bind(file: Gltf, skin: dict[str, Any], joints: int) -> FloatArray:
+    """Inverse bind matrices (joints, 4, 4) float64 of a skin."""
+    if "inverseBindMatrices" not in skin:
+        return np.tile(np.eye(4), (joints, 1, 1))
+    given = file.accessor(skin["inverseBindMatrices"])
+    if given.shape != (joints, 16):
+        raise file.fail("has inverse bind matrices that are not one a joint")
+    return np.swapaxes(given.astype(np.float64).reshape(-1, 4, 4), 1, 2)
+
+
+def _triangles(file: Gltf, primitive: dict[str, Any], count: int) -> IntArray:
+    """Triangles (f, 3) of a primitive of `count` vertices; none for lines and strips."""
+    if primitive.get("mode", 4) != 4:
+        return np.zeros((0, 3), np.int64)
+    indices = file.accessor(primitive["indices"]).ravel() if "indices" in primitive else np.arange(count)
+    used = indices[: len(indices) // 3 * 3].astype(np.int64)
+    if used.size and not 0 <= int(used.min()) <= int(used.max()) < count:
+        raise file.fail("has triangles with vertices that it has not")
+    return used.reshape(-1, 3)
+
+
+def _posed(file: Gltf, attributes: Mapping[str, Any], matrices: FloatArray) -> tuple[FloatArray, tuple[IntArray, FloatArray]]:
+    """Vertices (n, 3) under the joints' matrices; joints and weights (n, 4) of each."""
+    vertices, joints, weights = (file.accessor(attributes[name]) for name in ("POSITION", "JOINTS_0", "WEIGHTS_0"))
+    if vertices.shape[1] != 3 or joints.shape != weights.shape or len(joints) != len(vertices) or joints.shape[1] != 4:
+        raise file.fail("has a skinned mesh whose places, joints and weights do not fit together")
+    vertices, joints, weights = vertices.astype(np.float64), joints.astype(np.int64), weights.astype(np.float64)
+    if joints.size and not 0 <= int(joints.min()) <= int(joints.max()) < len(matrices):
+        raise file.fail("has vertices that follow joints that the skin has not")
+    total = weights.sum(axis=1, keepdims=True)
+    weights = np.where(total > 1e-6, weights / np.maximum(total, 1e-6), [1.0, 0.0, 0.0, 0.0])
+    made = np.zeros((len(vertices), 3))
+    for column in range(4):
+        chosen = matrices[joints[:, column]]
+        made += weights[:, column, None] * (np.einsum("nab,nb->na", chosen[:, :3, :3], vertices) + chosen[:, :3, 3])
+    return made, (joints, weights)
+
+
+def _mover(found: Mapping[str, int], parents: list[int]) -> int:
+    """The lowest bone that hips and shoulders hang on."""
+
+    def path(bone: int) -> list[int]:
+        steps = [bone]
+        while parents[steps[-1]] >= 0:
+            steps.append(parents[steps[-1]])
+        return steps
+
+    paths = [path(found[name]) for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")]
+    shared = set(paths[0]).intersection(*paths[1:])
+    return next((bone for bone in paths[0] if bone in shared), found["pelvis"])

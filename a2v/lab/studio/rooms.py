@@ -1,0 +1,304 @@
+"""Photographs of people in ordinary rooms, and the same rooms without them: what removing a person from a photo is measured on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.colors import linear_to_srgb, srgb_to_linear, to_bytes
+from a2v.lab.studio.avatar_files import list_avatars
+from a2v.lab.studio.posing import natural_pose
+from a2v.lab.studio.stand import draw_outfit, prepare_avatar
+from a2v.lab.studio.streams import Stream
+from a2v.record import Record
+from a2v.rendering.denoising import Layers, denoise
+from a2v.rendering.scene import mesh_object, render_mesh
+from a2v.rendering.variant import activate
+from a2v.types import ByteArray, FloatArray, Surface
+
+VERSION = 1
+"""Of what a number gives: raise it when rooms change."""
+ROOMS = 12
+"""Rooms of the benchmark."""
+SHORT = 600
+"""Shorter side of the photos, pixels."""
+LONG = 800
+"""Longer side of the photos, pixels."""
+_SAMPLES = 32
+"""Per pixel, before denoising."""
+_NOISE = 1.5
+"""Standard deviation of the sensor's noise, levels of 255; the same in both photos of a room."""
+_MIDDLE = 0.42
+"""Linear brightness of the median pixel of a photo."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RoomCase(Record):
+    """A person in a room.
+
+    Attributes
+    ----------
+    image, empty : (H, W, 3) uint8
+        The photo, and the same room, light, exposure and noise without the person.
+    mask : (H, W) float32
+        Share of each pixel that the person covers.
+    floor : (H, W) float32
+        Share of each pixel of the empty room that is the floor's.
+    front : (H, W) float32
+        The same of things that stand in front of the person, in the photo.
+    facts : mapping
+        Avatar; the camera's origin and target, metres, the person standing at the origin of the floor, and the field of view, degrees, of the square
+        around the photo; and what stands in the room.
+    """
+
+    image: ByteArray
+    empty: ByteArray
+    mask: FloatArray
+    floor: FloatArray
+    front: FloatArray
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+def open_room(number: int, data: str | os.PathLike[str], kept: str | os.PathLike[str] | None = None) -> RoomCase:
+    """Room `number`, rendered or read from the folder `kept`.
+
+    Parameters
+    ----------
+    number : int
+        The same number gives the same room and person.
+    data : path
+        Folder with ``avatars/``.
+    kept : path, optional
+        Folder where rooms are kept from one call to the next.
+
+    Raises
+    ------
+    InputError
+        There are no avatars.
+    """
+    path = None if kept is None else Path(kept) / f"room-{number:03d}-{VERSION}.npz"
+    if path is not None and path.exists():
+        return RoomCase.load(path)
+    avatars = list_avatars(Path(data) / "avatars")
+    if not avatars:
+        raise InputError(f"{data} has no avatars; give the data's folder")
+    generator = np.random.default_rng([number, Stream.ROOM])
+    person, name = _person(avatars[(7 * number + 3) % len(avatars)], generator)
+    case = _rendered(_Plan.draw(number, generator, person), person, name, generator)
+    if path is not None:
+        case.save(path)
+    return case
+
+
+def _person(path: Path, generator: np.random.Generator) -> tuple[Surface, str]:
+    """A clothed avatar in a natural pose, standing on the ground at the origin and roughly facing +z."""
+    outfit = draw_outfit(prepare_avatar(str(path)), generator)
+    avatar = outfit.avatar
+    vertices = avatar.skin(avatar.bone_transforms(natural_pose(generator)))
+    turn = np.radians(generator.uniform(-30, 30))
+    vertices = vertices @ np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
+    vertices = vertices - np.array([vertices[:, 0].mean(), vertices[:, 1].min(), vertices[:, 2].mean()])
+    surface = Surface(vertices=vertices.astype(np.float32), faces=avatar.faces, colors=avatar.vertex_colors(), uv=avatar.uv, texture=outfit.texture)
+    return surface, avatar.name
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """Objects of a room as Mitsuba dictionaries without textures' objects, its camera and its facts."""
+
+    boxes: tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]
+    """Name, middle (3,), half sides (3,), turn about the vertical in degrees, sRGB (3,)."""
+    wall: FloatArray
+    floor: ByteArray
+    back: tuple[float, float]
+    """Distance of the back wall behind the origin, metres, and its turn, degrees."""
+    side: tuple[float, float]
+    """Which side has a wall (-1, 1), and how far away it is, metres."""
+    lamp: tuple[FloatArray, float, FloatArray]
+    """Middle (3,), radius and radiance (3,) of the ceiling's lamp."""
+    window: tuple[float, FloatArray]
+    """Side of the window (-1, 1) and its radiance (3,)."""
+    origin: FloatArray
+    target: FloatArray
+    fov: float
+    size: tuple[int, int]
+    """Width and height, pixels."""
+
+    @classmethod
+    def draw(cls, number: int, generator: np.random.Generator, person: Surface) -> _Plan:
+        """A room around a person who stands at the origin."""
+        tall = float(person.vertices[:, 1].max())
+        upright = bool(number % 2)
+        distance, height = generator.uniform(2.6, 4.2), generator.uniform(1.2, 1.6)
+        width, rows = (SHORT, LONG) if upright else (LONG, SHORT)
+        fill = generator.uniform(0.62, 0.78)
+        fov = 2 * np.degrees(np.arctan(tall / fill / 2 / distance * (width / rows)))
+        aside = generator.uniform(-0.15, 0.15) * (1 if upright else 3)
+        origin = np.array([aside + generator.uniform(-0.3, 0.3), height, distance])
+        target = np.array([aside, tall / 2 + generator.uniform(-0.05, 0.1), 0.0])
+        back = generator.uniform(0.5, 2.2), generator.uniform(-14, 14)
+        side = float(generator.choice([-1, 1])), generator.uniform(1.3, 2.4)
+        warm = np.array([1.0, generator.uniform(0.85, 0.97), generator.uniform(0.68, 0.92)])
+        cool = np.array([generator.uniform(0.85, 1.0), 0.95, 1.0])
+        lamp = np.array([generator.uniform(-1, 1), 2.55, generator.uniform(-0.5, 1.5)]), generator.uniform(0.12, 0.3), warm * generator.uniform(14, 30)
+        window = float(generator.choice([-1, 1])), cool * generator.uniform(1.5, 5)
+        return cls(_furniture(number, generator, back, side), _wall(generator), _floor(number, generator), back, side, lamp, window, origin, target, float(fov), (width, rows))
+
+
+def _wall(generator: np.random.Generator) -> FloatArray:
+    """A wall's paint, sRGB (3,)."""
+    base = generator.uniform(0.55, 0.92)
+    return np.clip(base + generator.uniform(-0.1, 0.1, 3), 0.2, 0.97)
+
+
+def _floor(number: int, generator: np.random.Generator) -> ByteArray:
+    """A square of the floor (512, 512, 3) that is repeated: planks, tiles, carpet or stone."""
+    import cv2
+
+    size, kind = 512, number % 4
+    grain = generator.standard_normal((size, size)).astype(np.float32)
+    if kind == 0:  # planks along y
+        color = np.array([generator.uniform(0.45, 0.7), generator.uniform(0.32, 0.48), generator.uniform(0.2, 0.32)])
+        plank = np.arange(size) * 6 // size
+        tone = generator.uniform(0.82, 1.1, 6)[plank][None, :] + 0.05 * cv2.GaussianBlur(grain, (0, 0), sigmaX=0.8, sigmaY=30) * 8
+        tone[:, np.flatnonzero(np.diff(plank, prepend=-1))] *= 0.55
+    elif kind == 1:  # tiles
+        color = np.full(3, generator.uniform(0.6, 0.85)) + generator.uniform(-0.05, 0.05, 3)
+        tone = 1 + 0.06 * cv2.GaussianBlur(grain, (0, 0), 12) * 12
+        for at in range(0, size, size // 4):
+            tone[at : at + 3] *= 0.7
+            tone[:, at : at + 3] *= 0.7
+    elif kind == 2:  # carpet
+        color = generator.uniform(0.3, 0.65, 3)
+        tone = 1 + 0.12 * grain
+    else:  # stone
+        color = np.full(3, generator.uniform(0.4, 0.7))
+        tone = 1 + 0.5 * cv2.GaussianBlur(grain, (0, 0), 6) + 0.06 * grain
+    return to_bytes(np.clip(color * np.asarray(tone)[..., None], 0, 1))
+
+
+def _furniture(
+    number: int, generator: np.random.Generator, back: tuple[float, float], side: tuple[float, float]
+) -> tuple[tuple[str, FloatArray, FloatArray, float, FloatArray], ...]:
+    """Boxes in the room: skirting aside, a sofa or shelf at the wall, a picture or door on it; in every third room something in front of the person."""
+    away, turn = back
+    found = []
+    color = generator.uniform(0.15, 0.85, 3)
+    x = float(generator.choice([-1, 1]) * generator.uniform(0.7, 1.4))
+    kind = number % 3
+    if kind == 0:
+        found.append(("sofa", np.array([x, 0.22, -away + 0.42]), np.array([0.7, 0.22, 0.38]), turn, color))
+        found.append(("sofa", np.array([x, 0.6, -away + 0.14]), np.array([0.7, 0.25, 0.1]), turn, color))
+    elif kind == 1:
+        found.append(("shelf", np.array([x, 0.75, -away + 0.18]), np.array([0.35, 0.75, 0.16]), turn, color))
+    else:
+        found.append(("door", np.array([x, 1.0, -away + 0.012]), np.array([0.42, 1.0, 0.02]), turn, np.clip(color + 0.25, 0, 0.95)))
+    picture = generator.uniform(0.2, 0.9, 3)
+    found.append(("picture", np.array([-x * 0.7, 1.55, -away + 0.02]), np.array([0.3, 0.22, 0.012]), turn, picture))
+    if number % 3 == 2:
+        where = float(generator.choice([-1, 1]) * generator.uniform(0.2, 0.35))
+        found.append(("table", np.array([where, 0.21, 0.55]), np.array([0.22, 0.21, 0.18]), generator.uniform(-20, 20), generator.uniform(0.2, 0.7, 3)))
+    return tuple(found)
+
+
+def _rendered(plan: _Plan, person: Surface, name: str, generator: np.random.Generator) -> RoomCase:
+    mi = activate("auto", 1)
+    width, height = plan.size
+    room = _objects(mi, plan)
+    full = {**room, "person": mesh_object(mi, render_mesh(person), person)}
+    shown, empty = (_traced(mi, plan, objects) for objects in (full, room))
+    exposure = _MIDDLE / np.median(empty)
+    noise = generator.standard_normal((height, width, 1)) + 0.6 * generator.standard_normal((height, width, 3))
+    pictures = [to_bytes(np.clip(linear_to_srgb(_tone(light * exposure)) + _NOISE / 255 * noise, 0, 1)) for light in (shown, empty)]
+    square = np.degrees(2 * np.arctan(np.tan(np.radians(plan.fov) / 2) * max(width, height) / width))
+    camera = {"origin": plan.origin.tolist(), "target": plan.target.tolist(), "fov": float(square)}
+    return RoomCase(
+        image=pictures[0], empty=pictures[1], mask=_share(mi, plan, person, "person"), floor=_share(mi, plan, None, "floor"),
+        front=_share(mi, plan, person, "table"), facts={"avatar": name, **camera, "things": sorted({box[0] for box in plan.boxes})},
+    )  # fmt: skip
+
+
+def _tone(light: FloatArray) -> FloatArray:
+    """A soft shoulder above .7, as cameras have it."""
+    light = np.maximum(light, 0)
+    return np.where(light > 0.7, 0.7 + 0.3 * (1 - np.exp(-np.maximum(light - 0.7, 0) / 0.3)), light)
+
+
+def _traced(mi: Any, plan: _Plan, objects: Mapping[str, Any]) -> FloatArray:
+    """Linear light (H, W, 3), denoised."""
+    scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
+    color = np.array(mi.render(scene, integrator=mi.load_dict({"type": "path", "max_depth": 6}), spp=_SAMPLES, seed=1), np.float32)
+    guide = np.array(mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"}), spp=16, seed=1), np.float32)
+    layers = Layers(color=color[..., :3], albedo=guide[..., -6:-3], normal=guide[..., -3:], alpha=np.ones(color.shape[:2], np.float32))
+    return denoise(layers)
+
+
+def _share(mi: Any, plan: _Plan, person: Surface | None, name: str) -> FloatArray:
+    """How much of each pixel (H, W) shows the things whose names begin with `name`: they alone are white."""
+    objects = {key: thing for key, thing in _objects(mi, plan).items() if "bsdf" in thing}
+    objects = {key: {**thing, "bsdf": _paint(np.full(3, float(key.startswith(name))))} for key, thing in objects.items()}
+    if person is not None:
+        white = {"type": "rgb", "value": float(name == "person")}
+        objects["person"] = mesh_object(mi, render_mesh(person), person, bsdf={"type": "diffuse", "reflectance": white})
+    scene = mi.load_dict({"type": "scene", "sensor": _sensor(mi, plan), **objects})
+    found = np.array(mi.render(scene, integrator=mi.load_dict({"type": "aov", "aovs": "albedo:albedo"}), spp=16, seed=1), np.float32)
+    return np.clip(found[..., -1], 0, 1)
+
+
+def _sensor(mi: Any, plan: _Plan) -> dict[str, Any]:
+    """The camera."""
+    width, height = plan.size
+    look = mi.ScalarTransform4f().look_at(origin=plan.origin.tolist(), target=plan.target.tolist(), up=[0, 1, 0])
+    film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
+    return {"type": "perspective", "fov": plan.fov, "fov_axis": "x", "to_world": look, "film": film, "sampler": {"type": "independent"}}
+
+
+def _objects(mi: Any, plan: _Plan) -> dict[str, Any]:
+    """Floor, ceiling, walls, furniture and lights as Mitsuba dictionaries."""
+    away, turn = plan.back
+    side, beside = plan.side
+    floor = mi.Bitmap(np.ascontiguousarray(plan.floor))
+    tiles = mi.ScalarTransform3f().scale([8.0, 8.0])
+    room = mi.ScalarTransform4f
+    texture = {"type": "bitmap", "bitmap": floor, "to_uv": tiles, "wrap_mode": "repeat"}
+    paint = _paint(plan.wall)
+    back = room().rotate([0, 1, 0], turn).translate([0, 1.3, -away])
+    where, radius, light = plan.lamp
+    daylight, radiance = plan.window
+    return {
+        "floor": {"type": "rectangle", "to_world": room().rotate([1, 0, 0], -90).scale(6.0), "bsdf": {"type": "diffuse", "reflectance": texture}},
+        "ceiling": {"type": "rectangle", "to_world": room().translate([0, 2.6, 0]).rotate([1, 0, 0], 90).scale(8.0), "bsdf": _paint(np.full(3, 0.92))},
+        "back": {"type": "rectangle", "to_world": back @ room().scale([8.0, 1.3, 1.0]), "bsdf": paint},
+        "skirting": {"type": "cube", "to_world": back @ room().translate([0, -1.26, 0.01]) @ room().scale([8.0, 0.04, 0.012]), "bsdf": _paint(np.full(3, 0.9))},
+        "side": {"type": "rectangle", "to_world": room().rotate([0, 1, 0], turn).translate([side * beside, 1.3, 0]).rotate([0, 1, 0], -90 * side).scale([8.0, 1.3, 1.0]), "bsdf": paint},
+        "behind": {"type": "rectangle", "to_world": room().translate([0, 1.3, 5.5]).rotate([0, 1, 0], 180).scale([8.0, 1.3, 1.0]), "bsdf": paint},
+        "lamp": {
+            "type": "disk",
+            "to_world": room().translate(where.tolist()).rotate([1, 0, 0], 90).scale(radius),
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": light.tolist()}},
+        },
+        "window": {
+            "type": "rectangle",
+            "to_world": room().translate([daylight * 3.2, 1.5, 1.5]).rotate([0, 1, 0], -90 * daylight).scale([1.0, 0.8, 1.0]),
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance.tolist()}},
+        },
+        **{
+            f"{name}{number}": {
+                "type": "cube",
+                "to_world": room().rotate([0, 1, 0], yaw if name == "table" else 0).translate([0, 0, 0]) @ (room() if name == "table" else room().rotate([0, 1, 0], turn)) @ room().translate(middle.tolist()).scale(half.tolist()),
+                "bsdf": _paint(color),
+            }
+            for number, (name, middle, half, yaw, color) in enumerate(plan.boxes)
+        },
+    }
+
+
+def _paint(color: FloatArray) -> dict[str, Any]:
+    """Matt paint of an sRGB colour (3,)."""
+    return {"type": "twosided", "inside": {"type": "diffuse", "reflectance": {"type": "rgb", "value": srgb_to_linear(color).tolist()}}}

@@ -1,0 +1,28 @@
+"""A mesh with a colour per vertex: what the stages of colouring hand on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from a2v.types import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class ColoredMesh:
+    """A surface while it is being coloured.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float64
+        Metres, in the flat frame of the photo's camera.
+    faces : (F, 3) int64
+    normals : (V, 3)
+        Unit, of the vertices.
+    colors : (V, 3)
+        sRGB in [0, 1].
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    normals: FloatArray
+    colors: FloatArray

@@ -1,0 +1,46 @@
+"""What the photo shows of one half of a head stands for the half that it hides: faces are alike on both sides, in the texture too."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.body.parts import on_parts
+from a2v.geometry.images import sample_image
+from a2v.geometry.steps import smoothstep
+from a2v.reconstruction.canvas import Canvas
+from a2v.reconstruction.colored import ColoredMesh
+from a2v.reconstruction.projection import PhotoProjection
+from a2v.types import BoolArray, FloatArray, IntArray
+
+HEAD = ("head", "neck")
+_WORSE = (0.45, 0.8)
+"""A place that faces the camera by less than the first share of what the mirrored one does takes that one's colours, from the second share on its own."""
+
+
+def lent_to(canvas: Canvas, known: BoolArray) -> BoolArray:
+    """Which vertices (V,) of head and neck are not `known` (V,) while the mirrored ones are."""
+    return np.asarray(on_parts(canvas.parts, *HEAD) & ~known & known[canvas.twin])
+
+
+def of_other_half(
+    photo: PhotoProjection, mesh: ColoredMesh, corner: IntArray, weight: FloatArray, trust: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The `trust` (n, 1) in a photo's colours, less where the mirrored place is seen much more squarely; the trust in that one's (n, 1); and its colours (n, 3), sRGB.
+
+    The places have `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1). Off head and neck nothing is mirrored.
+    """
+    kept, beyond, colors = trust.copy(), np.zeros((len(corner), 1)), np.zeros((len(corner), 3))
+    own = np.flatnonzero(on_parts(photo.canvas.parts[corner], *HEAD).all(axis=1)) if photo.canvas is not None else np.zeros(0, np.int64)
+    if photo.canvas is None or not len(own):
+        return kept, beyond, colors
+    share = weight[own]
+    there = photo.canvas.twin[corner[own]]
+    point, normal = ((values[there] * share).sum(axis=1) for values in (mesh.vertices, mesh.normals))
+    pixels = photo.camera.project(point)
+    part = photo.canvas.parts[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
+    beyond[own, 0] = photo.trust(point, normal) * photo.canvas.agrees(pixels, part)
+    colors[own] = sample_image(photo.clean, pixels)
+    facing = np.maximum((mesh.normals[corner[own]] * share).sum(axis=1)[:, 2], 0.0)
+    worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)
+    kept[own, 0] *= 1 - worse * beyond[own, 0]
+    return kept, beyond, colors

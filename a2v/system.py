@@ -1,0 +1,142 @@
+"""What differs between Linux, macOS and Windows, in one place; a test says where else it is used.
+
+Only Linux was run. Each function says what it does where a system has no such thing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+WINDOWS = sys.platform == "win32"
+"""Whether this is Windows."""
+
+
+def lock(handle: int) -> bool:
+    """Hold an open file until it is closed, or the process ends; False where another process holds it. On Windows its first byte is held."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def user_number() -> int | None:
+    """The user's number; None on Windows."""
+    return None if sys.platform == "win32" else os.getuid()
+
+
+def is_own_group(number: int) -> bool:
+    """Whether a group is root's, or the private one that many systems give each user; True on Windows, which has none."""
+    if sys.platform == "win32":
+        return True
+    import grp
+    import pwd
+
+    if number == 0 or number != os.getgid():
+        return number == 0
+    try:
+        group, user = grp.getgrgid(number), pwd.getpwuid(os.getuid()).pw_name
+    except KeyError:  # a number without a name, as in containers
+        return True
+    return group.gr_name == user and set(group.gr_mem) <= {user}
+
+
+def file_mask() -> int:
+    """The process's umask (it can only be read by setting it)."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+def keep_files_private() -> None:
+    """Files that the process makes from now on are the user's alone; on Windows the folder's own rights decide."""
+    os.umask(0o077)
+
+
+def link_folder(link: Path, folder: Path) -> None:
+    """Make `link` another name of a folder; on Windows a junction, which needs no rights of an administrator."""
+    if sys.platform == "win32":
+        subprocess.run(["cmd", "/c", "mklink", "/J", str(link), str(folder)], check=True, capture_output=True)
+    else:
+        link.symlink_to(folder, target_is_directory=True)
+
+
+def core_count() -> int:
+    """Processor cores that this process may use; all of the machine's where the system does not say."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def start_method() -> str:
+    """How worker processes are started: from a fork server, or anew where there is none (Windows)."""
+    return "spawn" if WINDOWS else "forkserver"
+
+
+def bound_memory(size: int) -> None:
+    """Let this process have `size` bytes of address space and no more; without effect on Windows."""
+    if sys.platform != "win32":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        if most == resource.RLIM_INFINITY or most > size:
+            with contextlib.suppress(ValueError, OSError) if sys.platform == "darwin" else contextlib.nullcontext():  # macOS may refuse
+                resource.setrlimit(resource.RLIMIT_AS, (size, size))
+
+
+def end_group(process: int, *, hard: bool) -> None:
+    """End a process that was started in a session of its own, and those that it has started.
+
+    Raises
+    ------
+    ProcessLookupError
+        It has ended.
+    """
+    if sys.platform == "win32":
+        done = subprocess.run(["taskkill", "/T", "/F", "/PID", str(process)], capture_output=True, check=False)
+        if done.returncode:
+            raise ProcessLookupError(process)
+        return
+    os.killpg(process, signal.SIGKILL if hard else signal.SIGTERM)
+
+
+@contextlib.contextmanager
+def peak_memory() -> Iterator[Callable[[], int]]:
+    """Yield a function that tells the process's highest resident memory in bytes: since then on Linux, since its start elsewhere.
+
+    It is 0 on Windows, which does not say without a further package.
+    """
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # Linux: starts the high-water mark anew
+
+    def peak() -> int:
+        try:
+            for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
+                if line.startswith("VmHWM:"):
+                    return int(line.split()[1]) * 1024
+        except OSError:
+            pass
+        if sys.platform == "win32":
+            return 0
+        import resource
+
+        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return used if sys.platform == "darwin" else used * 1024
+
+    yield peak

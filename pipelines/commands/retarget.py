@@ -1,0 +1,93 @@
+"""``a2v retarget``: one's own character gets actions."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from a2v.animation import RetargetSettings
+from a2v.errors import InputError
+from a2v.formats.gltf.people import read_person, write_person
+from a2v.formats.registry import read_motion, readable_motions
+from a2v.motion.edit import Edit, edited
+from a2v.motion.on_rig import retarget_edited
+from a2v.motion.timeline import Take
+from a2v.types import FloatArray, Motion
+from pipelines.answer import Answer
+from pipelines.inputs import check_writable
+from pipelines.options import flag, group, option, settings
+from pipelines.requests.motion import ACTION, EditOptions, LengthOptions, PlanOptions, plan_length, read_plan
+
+HELP = "Give a character of your own actions: its file with further animations."
+EXAMPLES = """examples:
+  a2v retarget --character theirs.glb --actions Walk,Jump --out moving.glb
+  a2v retarget --character theirs.vrm --action "sneak for 3 s, then wave" --out moving.vrm
+  a2v retarget --character theirs.glb --motions dance.bvh --in-place --out moving.glb
+
+The character stands upright in its file and has bones by names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped, Anny and the like; a .vrm says
+itself which bone is which. Meshes, pictures, expressions and animations stay as they are; fingers and face keep the pose of the file."""
+
+SUFFIXES = (".glb", ".vrm")
+"""What is read and written."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What the command takes."""
+
+    character: str = option("the file: .glb or .vrm, with a skin", metavar="FILE")
+    out: str = option("the file to write, of the same kind")
+    action: str = option(ACTION, default="")
+    actions: str = option("several of the model, with commas; each becomes an animation", default="")
+    motions: str = option(f"files with commas ({readable_motions(', ')}); each becomes an animation", default="")
+    lengths: LengthOptions = group(LengthOptions, "the motions")
+    edits: EditOptions = group(EditOptions)
+    raw: bool = flag("leave the feet as the motion has them: no contact clean-up", rare=True)
+    retarget: RetargetSettings = settings(RetargetSettings, users=("raw", "align", "level", "smoothing", "clear_arms", "life"))
+
+
+def run(options: Options) -> Answer:
+    """Read the character, make the motions, write the file."""
+    source, target = Path(options.character), Path(options.out)
+    for path in (source, target):
+        if path.suffix.lower() not in SUFFIXES:
+            hint = "; bring it to .glb with Blender (File > Import, File > Export)" if path.suffix.lower() == ".fbx" else ""
+            raise InputError(f"{path} is of another kind than .glb and .vrm{hint}")
+    if source.suffix.lower() != target.suffix.lower():
+        raise InputError(f"cannot write {target}; expected the same kind as {source}")
+    wanted = _wanted(options)
+    person = read_person(source)
+    check_writable(target.parent)
+    edit, carried = options.edits.edit, replace(options.retarget, raw=options.raw or options.retarget.raw)
+    clips: dict[str, tuple[FloatArray, float]] = {}
+    for name, file in wanted.items():
+        motion = _made(options, name, edit) if file is None else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
+        clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
+    write_person(target, person, clips)
+    return Answer(files=[target], facts={"clips": list(clips), "bones": len(person.nodes)})
+
+
+def _made(options: Options, action: str, edit: Edit) -> Motion:
+    """A motion of a model in its tempo, before it is put in place."""
+    shared: dict[str, Any] = {item.name: getattr(options.lengths, item.name) for item in fields(options.lengths)}
+    plan = read_plan(PlanOptions(action=action, **shared), directed=False)
+    for line in plan.lines():
+        print(line, file=sys.stderr)
+    length = plan_length(plan, frames=options.lengths.frames, seconds=options.lengths.seconds, fps=options.lengths.fps)
+    take = Take(frames=length, fps=options.lengths.fps, seed=options.lengths.seed)
+    made = plan.make(take, edit=Edit(speed=edit.speed))
+    return edited(made[0] if made.batch else made, replace(edit, speed=1.0, in_place=False))
+
+
+def _wanted(options: Options) -> dict[str, str | None]:
+    """The animations to make, by name: None for an action, else a motion file."""
+    asked: list[tuple[str, str | None]] = [(part.strip(), None) for part in (options.action, *options.actions.split(",")) if part.strip()]
+    asked += [(Path(part.strip()).stem, part.strip()) for part in options.motions.split(",") if part.strip()]
+    names = [name for name, _ in asked]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise InputError(f"'{min(twice)}' is asked for twice; animations of one file need names of their own")
+    if not asked:
+        raise InputError("no motion asked for; name one with --action, several with --actions (a2v actions lists them) or files with --motions")
+    return dict(asked)

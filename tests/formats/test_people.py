@@ -1,0 +1,170 @@
+"""Characters of others: motions are carried over to their bones, and everything else of their files stays."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from a2v import Character, InputError
+from a2v.animation import prepare_rig, retarget
+from a2v.formats import read_motion, write_glb
+from a2v.formats.gltf import VrmMeta, read_glb, write_vrm
+from a2v.formats.gltf.people import Person, read_person, write_person
+from a2v.formats.gltf.reading import Gltf
+from a2v.kinematics.names import canonical_joints
+from a2v.types import Motion
+from pipelines.answer import Answer
+from pipelines.commands import retarget as command
+from pipelines.options import parse
+from tests.support.glb import glb, validate
+
+META = VrmMeta(name="Ada", author="A. Person", licence_url="https://example.org/licence")
+
+
+@pytest.fixture(scope="module")
+def cartwheel_clip(data_dir: Path) -> Motion:
+    return read_motion(data_dir / "motions" / "humanoid3d_walk.txt", fps=10)
+
+
+def answered(*words: str) -> Answer:
+    """What the command says to a command line."""
+    return command.run(parse(command.Options, words, command="retarget", about=command.HELP, examples=command.EXAMPLES))
+
+
+def heads_at(path: Path, clip: int, frame: int) -> dict[str, np.ndarray]:
+    """Places of all named nodes, the file's units, as a viewer computes them."""
+    file = read_glb(path)
+    nodes = copy.deepcopy(file.json["nodes"])
+    animation = file.json["animations"][clip]
+    for channel in animation["channels"]:
+        values = file.accessor(animation["samplers"][channel["sampler"]]["output"])
+        node = nodes[channel["target"]["node"]]
+        if "matrix" not in node:
+            node[channel["target"]["path"]] = values[frame].tolist()
+    world = Gltf(path, {**file.json, "nodes": nodes}, file.binary).node_matrices()[0]
+    return {str(node.get("name", "")): matrix[:3, 3] for node, matrix in zip(nodes, world, strict=True)}
+
+
+def danced(source: Path, motion: Motion, target: Path) -> tuple[Person, np.ndarray]:
+    person = read_person(source)
+    moves = retarget(motion, person.body)
+    write_person(target, person, {"walk": (moves, motion.fps)})
+    return person, moves
+
+
+def unchanged(before: Path, after: Path) -> None:
+    old, new = read_glb(before), read_glb(after)
+    assert new.binary[: len(old.binary)] == old.binary
+    for key, value in old.json.items():
+        if key in ("accessors", "bufferViews", "animations"):
+            assert new.json[key][: len(value)] == value
+        elif key != "buffers":
+            assert new.json[key] == value, key
+
+
+@pytest.mark.parametrize("rig", ["anny", "mixamo", "unreal", "rigify", "unity", "godot", "talkinghead"])
+def test_known_rigs_move_as_our_own(rig: str, character: Character, cartwheel_clip: Motion, validator: Path, tmp_path: Path) -> None:
+    made, _ = prepare_rig(character, {}, rig=rig)
+    write_glb(tmp_path / "before.glb", made)
+    person, moves = danced(tmp_path / "before.glb", cartwheel_clip, tmp_path / "after.glb")
+    unchanged(tmp_path / "before.glb", tmp_path / "after.glb")
+    report = validate(tmp_path / "after.glb", validator)
+    assert report["errors"] == 0, report["messages"]
+    ours = retarget(cartwheel_clip, character.body)
+    own, theirs = canonical_joints(character.body.bone_names), canonical_joints(person.body.bone_names)
+    joints = ["left_wrist", "right_wrist", "left_ankle", "right_knee", *(["head"] if "head" in theirs else [])]  # Rigify's is spine.006
+    for frame in (0, 5, 9):
+        shown = heads_at(tmp_path / "after.glb", 0, frame)
+        for joint in joints:
+            place = shown[person.body.bone_names[theirs[joint]]] - [0, person.floor, 0]
+            np.testing.assert_allclose(place, moves[frame, theirs[joint], :3, 3], atol=2e-4)  # the file shows what was made
+            assert np.linalg.norm(place - ours[frame, own[joint], :3, 3]) < 0.06, (joint, frame)  # and that is the motion
+
+
+def test_a_strangers_avatar_walks_on_the_ground(data_dir: Path, cartwheel_clip: Motion, tmp_path: Path) -> None:
+    """Of the VALID library: centimetres, a turned armature, four meshes with skins of their own."""
+    source = data_dir / "avatars" / "Asian_F_2_Casual.glb"
+    person, moves = danced(source, cartwheel_clip, tmp_path / "after.glb")
+    unchanged(source, tmp_path / "after.glb")
+    assert 1.4 < float(np.ptp(person.body.vertices[:, 1])) < 2.1
+    rest = person.body.rest_transforms.astype(np.float64)
+    skin = np.concatenate([person.body.vertices, np.ones((len(person.body.vertices), 1), np.float32)], axis=1)[::7]
+    blended = np.einsum("vb,tbac->tvac", person.body.weights[::7].astype(np.float64), moves @ np.linalg.inv(rest))
+    posed = np.einsum("tvac,vc->tva", blended, skin)
+    low = posed[..., 1].min(axis=1)
+    assert low.min() > -0.03  # soles are not in the ground
+    assert np.median(np.abs(low)) < 0.02  # and stand on it
+    stretched = np.linalg.norm(np.diff(posed, axis=1), axis=-1) / np.maximum(np.linalg.norm(np.diff(skin[:, :3], axis=0), axis=-1), 0.02)
+    assert np.quantile(stretched, 0.999) < 3  # nothing is torn
+    bones = canonical_joints(person.body.bone_names, person.body.bone_parents.tolist())
+    first, last = (heads_at(tmp_path / "after.glb", 0, frame) for frame in (0, 9))
+    hips = person.body.bone_names[bones["pelvis"]]
+    arms = [np.linalg.norm(shown["LeftArm"] - shown["LeftForeArm"]) for shown in (first, last)]
+    assert arms[0] == pytest.approx(arms[1], abs=1e-4)
+    assert float(last[hips][2] - first[hips][2]) > 0.3  # it faces +z and goes there
+
+
+@pytest.mark.parametrize("edition", ["1.0", "0.x"])
+def test_vrm_says_itself_which_bone_is_which(edition: str, character: Character, cartwheel_clip: Motion, tmp_path: Path) -> None:
+    made, _ = prepare_rig(character, {}, rig="vrm")
+    write_vrm(tmp_path / "named.vrm", made, dataclasses.replace(META, edition=edition))
+    file = read_glb(tmp_path / "named.vrm")
+    tree = copy.deepcopy(file.json)
+    for number, node in enumerate(tree["nodes"]):
+        node["name"] = f"J_Bip_{number}"
+    before = tmp_path / "before.vrm"
+    before.write_bytes(glb(tree, file.binary))
+    person, moves = danced(before, cartwheel_clip, tmp_path / "after.vrm")
+    bones = canonical_joints(person.body.bone_names)
+    ahead = 1 if edition == "1.0" else -1  # avatars of 0.x face -z, and go there
+    for frame in (0, 9):
+        shown = heads_at(tmp_path / "after.vrm", 0, frame)
+        for joint in ("left_wrist", "right_ankle"):
+            place = shown[f"J_Bip_{person.nodes[bones[joint]]}"] - [0, person.floor, 0]
+            np.testing.assert_allclose(place, moves[frame, bones[joint], :3, 3] * [ahead, 1, ahead], atol=2e-4)
+
+
+def test_the_command_adds_what_is_asked_for(data_dir: Path, tmp_path: Path) -> None:
+    source, out = str(data_dir / "avatars" / "Asian_F_2_Casual.glb"), tmp_path / "new.glb"
+    walk = str(data_dir / "motions" / "humanoid3d_walk.txt")
+    answer = answered("--character", source, "--actions", "Walk", "--motions", walk, "--frames", "12", "--out", str(out))
+    assert answer.files == [out]
+    assert [clip["name"] for clip in read_glb(out).json["animations"]] == ["Walk", "humanoid3d_walk"]
+    again = tmp_path / "again.glb"
+    answered("--character", str(out), "--action", "Walk", "--frames", "12", "--out", str(again))
+    assert [clip["name"] for clip in read_glb(again).json["animations"]] == ["Walk", "humanoid3d_walk", "Walk_2"]
+    with pytest.raises(InputError, match=r"Blender"):
+        answered("--character", "a.fbx", "--action", "Walk", "--out", str(again))
+    with pytest.raises(InputError, match=r"no motion asked for"):
+        answered("--character", source, "--out", str(again))
+    with pytest.raises(InputError, match=r"same kind"):
+        answered("--character", source, "--action", "Walk", "--out", "a.vrm")
+
+
+def test_what_is_no_upright_person_is_refused(character: Character, tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", character)
+    file = read_glb(tmp_path / "a.glb")
+
+    def with_changes(**changes: object) -> Path:
+        path = tmp_path / "changed.glb"
+        path.write_bytes(glb({**json.loads(json.dumps(file.json)), **changes}, file.binary))
+        return path
+
+    with pytest.raises(InputError, match="no skin"):
+        read_person(with_changes(skins=[]))
+    nameless = [{**node, "name": "x"} for node in file.json["nodes"]]
+    with pytest.raises(InputError, match="has no bone for"):
+        read_person(with_changes(nodes=nameless))
+    lying = copy.deepcopy(file.json["nodes"])
+    root = file.json["scenes"][0]["nodes"][0]
+    lying.append({"name": "above", "rotation": [0.7071068, 0, 0, 0.7071068], "children": [root]})
+    with pytest.raises(InputError, match="stand upright"):
+        read_person(with_changes(nodes=lying))
+    lying[-1] = {"name": "above", "scale": [1, -1, 1], "children": [root]}
+    with pytest.raises(InputError, match="mirrored"):
+        read_person(with_changes(nodes=lying))

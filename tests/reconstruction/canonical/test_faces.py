@@ -1,0 +1,124 @@
+"""Faces of which a photo shows one half, or shows them turned away."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.body.face import face_landmarks
+from a2v.body.parts import PARTS, on_parts
+from a2v.geometry.mesh import vertex_normals
+from a2v.reconstruction.canonical import Sight, canonical_person
+from a2v.reconstruction.canonical.coloring import canvas_of
+from a2v.reconstruction.color import _even_tones
+from a2v.reconstruction.colored import ColoredMesh
+from a2v.reconstruction.face.build import turned_away
+from a2v.reconstruction.face.drawing import drawn_over
+from a2v.reconstruction.other_half import lent_to, of_other_half
+from a2v.reconstruction.projection import PhotoProjection
+from a2v.types import Body, Reconstruction, Surface
+from tests.support.faces import CAMERA, photographed
+from tests.support.surfaces import coated
+
+
+@pytest.fixture(scope="module")
+def dressed(body: Body) -> Reconstruction:
+    return coated(body, cell=0.012, coat=0.005)
+
+
+@pytest.fixture(scope="module")
+def averted(body: Body, dressed: Reconstruction) -> Reconstruction:
+    return canonical_person(Sight(photographed(body, turned=55.0), body, CAMERA, dressed))
+
+
+def lying(surface: Surface) -> np.ndarray:
+    """Landmarks (478, 3) of the body's face on a canonical surface."""
+    ids, weights = face_landmarks()
+    return np.asarray(np.einsum("kc,kcd->kd", weights, surface.vertices[ids].astype(np.float64)))
+
+
+def test_a_face_that_is_turned_away_keeps_the_models_features_and_all_expressions(averted: Reconstruction, body: Body) -> None:
+    subject = photographed(body, turned=55.0)
+    assert subject.face is not None
+    assert turned_away(subject.face) > 50
+    surface = averted.surface
+    assert surface.face is not None
+    assert len(surface.face.names) == 52
+    assert surface.provenance["turned_face"]
+    points = lying(surface)
+    # eyes as wide apart as the model's: no bend along the ray
+    ids, weights = face_landmarks()
+    own = np.einsum("kc,kcd->kd", weights, body.vertices[ids].astype(np.float64))
+    wide, model = (np.linalg.norm(places[33] - places[263]) for places in (points, own))
+    assert wide == pytest.approx(model, rel=0.12)
+    across = points[263] - points[33]
+    assert np.degrees(np.arctan2(abs(across[2]), across[0])) == pytest.approx(55.0, abs=8.0)
+
+
+def test_a_turned_faces_photo_is_drawn_where_the_surface_has_its_landmarks(averted: Reconstruction) -> None:
+    surface = averted.surface
+    assert surface.face is not None
+    photo = np.zeros((2048, 2048, 3), np.float32)
+    landmarks = surface.face.landmarks.copy()
+    landmarks[:, 0] += 9.0  # the photo's face lies beside the surface's
+    surface = dataclasses.replace(surface, face=dataclasses.replace(surface.face, landmarks=landmarks))
+    column, row = np.round(landmarks[4, :2]).astype(int)  # the nose
+    photo[row - 4 : row + 5, column - 4 : column + 5] = 1.0
+    moved, made = drawn_over(photo, surface, CAMERA)
+    assert made.face is not None
+    expected = CAMERA.project(lying(surface))
+    assert np.allclose(made.face.landmarks[:, :2], expected, atol=1e-2)
+    rows, columns = np.nonzero(moved[..., 0] > 0.5)
+    assert max(np.ptp(rows), np.ptp(columns)) < 25  # nothing is shown twice
+    assert np.hypot(columns.mean() - expected[4, 0], rows.mean() - expected[4, 1]) < 3.0
+    assert np.hypot(column - expected[4, 0], row - expected[4, 1]) > 5.0
+
+
+def test_what_the_photo_hides_of_a_head_is_the_other_half(body: Body, dressed: Reconstruction) -> None:
+    """The left half of the head, as behind a hand, has the right half's texture place by place."""
+    subject = photographed(body)
+    image = subject.image.copy()
+    columns, rows = np.meshgrid(np.arange(2048), np.arange(2048))
+    image[..., 0] = np.where(rows // 12 % 2, 220, 60)
+    image[..., 2] = np.where(columns > CAMERA.center_u, 255, 0)  # the hidden half, picture right, is blue
+    subject = dataclasses.replace(subject, image=image)
+    surface = canonical_person(Sight(subject, body, CAMERA, dressed)).surface
+    canvas = canvas_of(surface, subject, body, CAMERA, size=256)
+    agreement = canvas.agreement.copy()
+    for name in ("head", "neck"):
+        agreement[PARTS.index(name), :, agreement.shape[2] // 2 :] = 0
+    canvas = dataclasses.replace(canvas, agreement=agreement)
+    photo = PhotoProjection(surface, subject, CAMERA)
+    photo.canvas = canvas
+    faces, vertices = surface.faces.astype(np.int64), surface.vertices.astype(np.float64)
+    mesh = ColoredMesh(vertices, faces, vertex_normals(surface.vertices, faces), np.zeros(vertices.shape))
+    head = on_parts(canvas.parts, "head")[faces].all(axis=1)
+    hidden = faces[head & (vertices[faces][..., 0] > 0.01).all(axis=1)]
+    weight = np.full((len(hidden), 3, 1), 1 / 3)
+    kept, trust, colors = of_other_half(photo, mesh, hidden, weight, np.ones((len(hidden), 1)))
+    good = trust[:, 0] > 0.9
+    assert kept.mean() > 0.9  # a face from before is as square on both sides
+    assert good.sum() > 200
+    assert colors[good, 2].max() < 0.1
+    assert np.ptp(colors[good, 0]) > 0.4  # with its pattern
+    known = canvas.agrees(CAMERA.project(vertices), canvas.parts) * photo.trust(vertices, mesh.normals) > 0.5
+    lent = lent_to(canvas, known)
+    assert lent.sum() > 100
+    assert known[canvas.twin[lent]].all()
+    assert not (lent & known).any()
+    trunk = faces[on_parts(canvas.parts, "torso")[faces].all(axis=1)][:50]
+    kept, none, _ = of_other_half(photo, mesh, trunk, np.full((50, 3, 1), 1 / 3), np.ones((50, 1)))
+    assert kept.all()
+    assert not none.any()
+
+
+def test_unseen_skin_takes_the_tone_of_what_lies_in_the_light() -> None:
+    base = np.repeat([[0.75, 0.6, 0.5], [0.3, 0.2, 0.15], [0.25, 0.12, 0.1]], [60, 40, 30], axis=0)
+    known, labels = np.arange(130) < 100, np.ones(130, int)
+    toned = _even_tones(base, known, known, labels=labels, bare=np.ones(130, bool))
+    assert np.array_equal(toned[:100], base[:100])
+    assert toned[100:, 0].min() > 0.5
+    kept = _even_tones(base, known, np.ones(130, bool), labels=labels, bare=np.ones(130, bool))
+    assert np.array_equal(kept, base)  # what the other half told stays

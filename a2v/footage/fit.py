@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -368,5 +367,3 @@ def _trunks(points: FloatArray) -> FloatArray:
     left = left / np.maximum(np.linalg.norm(left, axis=-1, keepdims=True), 1e-9)
     return np.stack([left, up, np.cross(left, up)], axis=-1)
 
-
-Told = Callable[[str], object]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from a2v.errors import InputError
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
 from a2v.footage.fit import FilmFit, Moves
 from a2v.footage.modes import steady_depths
-from a2v.footage.reading import RATE, SUFFIXES, Reel, open_reel
+from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
 from a2v.footage.settings import LONGEST, FollowSettings
 from a2v.footage.track import Piece, Track, pieces_of, track_of
@@ -52,14 +52,9 @@ class Followed:
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def is_video(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is a video by its name."""
-    return Path(path).suffix.lower() in SUFFIXES
-
-
 def follow_person(
     path: str | os.PathLike[str],
-    settings: FollowSettings = FollowSettings(),
+    settings: FollowSettings | None = None,
     *,
     seconds: float | None = None,
     action: str = "",
@@ -71,7 +66,7 @@ def follow_person(
     ----------
     path : path
         Of a video with one person, mostly seen whole; its sound means nothing.
-    settings : FollowSettings
+    settings : FollowSettings, optional
     seconds : float, optional
         How much of the video, from ``settings.start`` on; by default all of it, at most ten minutes.
     action : str
@@ -84,14 +79,15 @@ def follow_person(
     InputError
         It is no video that can be read, or nobody is in it.
     """
+    settings = settings or FollowSettings()
     limit = min(LONGEST, seconds if seconds is not None else np.inf)
     with open_reel(path) as reel, Tracker(settings) as tracker:
         if reel.seconds and settings.start >= reel.seconds:
             raise InputError(f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds")
         expected = max(1, round(min(limit, max(reel.seconds - settings.start, 0) or limit) * min(reel.rate or RATE, RATE)))
         sightings: list[Sighting] = []
-        for shown in reel.frames(side=settings.side, start=settings.start, seconds=limit):
-            sightings.append(tracker.look(shown))
+        for sighting in tracker.follow(reel.frames(side=settings.side, start=settings.start, seconds=limit)):
+            sightings.append(sighting)
             if progress is not None:
                 progress(min(len(sightings), expected), round(expected / LOOKING))
     piece = _longest(sightings, reel, settings, tracker)
@@ -103,7 +99,7 @@ def follow_person(
         if progress is not None:
             progress(expected + round(done / total * expected * (1 / LOOKING - 1)), round(expected / LOOKING))
 
-    moves, points = _fitted(track, settings, fitted)
+    moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
     remarks = [
         *told_reel(reel, sightings[-1].time, people=tracker.people, asked=np.inf if seconds is None else seconds),
@@ -115,7 +111,7 @@ def follow_person(
         "seen": sum(one.keypoints is not None for one in sightings), "from": settings.start + own[0].time,
         "height": round(_camera_height(moves), 2), "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
     }  # fmt: skip
-    return Followed(motion=_with(motion, facts), remarks=tuple(remarks), facts=facts)
+    return Followed(motion=replace(motion, provenance=dict(facts)), remarks=tuple(remarks), facts=facts)
 
 
 def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker) -> Piece:
@@ -133,14 +129,13 @@ def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tr
     return max(pieces, key=lambda piece: piece.seen)
 
 
-def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> tuple[Moves, FloatArray]:
+def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves:
     """The body in every frame; fitted once, and again with the feet that stand."""
     points = steady_depths(track.points, track.pixels, track.heights, track.times, track.weights)
     fit = FilmFit(settings)
     first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
     stands = standing(first.joints, track.times)
-    second = fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
-    return second, points
+    return fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
 
 
 def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
@@ -201,7 +196,3 @@ def _camera_height(moves: Moves) -> float:
     return -_ground(moves.joints)
 
 
-def _with(motion: Motion, facts: Mapping[str, Any]) -> Motion:
-    import dataclasses
-
-    return dataclasses.replace(motion, provenance=dict(facts))

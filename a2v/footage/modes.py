@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
@@ -48,7 +50,7 @@ def steady_depths(points: FloatArray, pixels: FloatArray, heights: FloatArray, t
         rows = [LANDMARK_INDEX[name] for name in names]
         told = np.diff(points[:, rows, 2], axis=1) / TYPICAL_HEIGHT  # (T, 2)
         seen = np.linalg.norm(np.diff(pixels[:, rows], axis=1), axis=-1) / heights[:, None]
-        lengths = np.array([LIMBS_BY_HEIGHT[(a.split("_")[1], b.split("_")[1])] for a, b in zip(names, names[1:], strict=False)])
+        lengths = np.array([LIMBS_BY_HEIGHT[(a.split("_")[1], b.split("_")[1])] for a, b in itertools.pairwise(names)])
         lengths = np.maximum(lengths, np.quantile(seen, 0.9, axis=0) * 0.97)
         deep = np.sqrt(np.maximum(lengths**2 - seen**2, 0))
         deep = np.maximum(deep, np.minimum(np.abs(told), lengths))  # what is told may be more

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,11 @@ MOST_DAMAGED = 200
 LONGEST_GAP = 3600.0
 """Seconds from one frame to the next that are believed."""
 _NOT = "expected a video such as .mp4, .mov or .webm"
+
+
+def is_video(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a video by its name."""
+    return Path(path).suffix.lower() in SUFFIXES
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from a2v.body.evidence import _TRUST
 from a2v.footage.settings import FollowSettings
 from a2v.footage.tracking import Sighting
 from a2v.kinematics.names import BLAZEPOSE
-from a2v.types import BoolArray, FloatArray
+from a2v.types import BoolArray, FloatArray, IntArray
 
 FILM = 43.27
 """Diagonal of 35 mm film, millimetres."""
@@ -70,7 +70,7 @@ class Track:
         """Number of frames T."""
         return len(self.times)
 
-    def part(self, which: slice | FloatArray) -> Track:
+    def part(self, which: slice | IntArray) -> Track:
         """Some of the frames."""
         arrays = {item.name: getattr(self, item.name)[which] for item in dataclasses.fields(self) if item.name != "focal"}
         return dataclasses.replace(self, **arrays)

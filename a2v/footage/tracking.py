@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from typing_extensions import Self
 
 from a2v.errors import InputError
-from a2v.footage.background import SAME, Background
+from a2v.footage.background import Background
 from a2v.footage.reading import Shown
 from a2v.footage.settings import FollowSettings
 from a2v.kinematics.names import LANDMARK_INDEX
@@ -77,8 +80,26 @@ class Sighting:
     hands: FloatArray | None = None
 
 
+AHEAD = 4
+"""Frames in which the person is found before the body, face and hands of the first of them are done."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Spotted:
+    """Where the person is in a frame: what the detector says in a square of the picture, its middle (2,) and its pixels per pixel."""
+
+    person: Detection
+    square: ByteArray
+    middle: FloatArray
+    scale: float
+
+
 class Tracker:
-    """Follows one person; use as a context manager."""
+    """Follows one person; use as a context manager.
+
+    Where the person is in a frame has to be known before the next one is looked at; what is seen of body, face and hands has not, and
+    a second thread does it.
+    """
 
     def __init__(self, settings: FollowSettings) -> None:
         self.settings = settings
@@ -88,10 +109,11 @@ class Tracker:
         self._box: FloatArray | None = None
         self._speed = np.zeros(4, np.float32)
         self._look: FloatArray | None = None
-        self._lost, self._count = 0, 0
+        self._lost, self._count, self._looked = 0, 0, 0
 
     def __enter__(self) -> Self:
         self._stack = ExitStack()
+        self._aside = self._stack.enter_context(ThreadPoolExecutor(1))
         self._pose = self._stack.enter_context(Detector())
         self._hands = self._stack.enter_context(HandDetector()) if self.settings.hands else None
         self._face = self._stack.enter_context(FaceDetector()) if self.settings.face else None
@@ -100,8 +122,19 @@ class Tracker:
     def __exit__(self, *error: object) -> None:
         self._stack.close()
 
-    def look(self, shown: Shown) -> Sighting:
-        """The person in the next frame."""
+    def follow(self, frames: Iterable[Shown]) -> Iterator[Sighting]:
+        """The person in frame after frame."""
+        waiting: deque[Future[Sighting]] = deque()
+        for shown in frames:
+            image, plain, spotted = self._spot(shown)
+            waiting.append(self._aside.submit(self._seen, image, plain, spotted))
+            if len(waiting) > AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+    def _spot(self, shown: Shown) -> tuple[ByteArray, Sighting, _Spotted | None]:
+        """Where the person is in the next frame."""
         image = shown.image
         if self.shape is None:
             self.shape = image.shape[0], image.shape[1]
@@ -110,19 +143,24 @@ class Tracker:
         self._count += 1
         change = self._background.look(image, self._box)
         if change.cut:
-            self._box, self._speed = None, np.zeros(4, np.float32)
-            self._lost = 0
+            self._box, self._speed, self._lost = None, np.zeros(4, np.float32), 0
         found = self._find(image)
         plain = Sighting(time=shown.time, warp=change.warp, steady=change.known, cut=change.cut)
         if found is None:
             self._lost += 1
-            return plain
+            return image, plain, None
         self._lost = 0
-        return self._seen(image, *found, plain)
+        look = _look_of(found.square, found.person.mask)
+        self._look = look if self._look is None else 0.95 * self._look + 0.05 * look
+        box = _in_picture(_box_of(found.person), found.middle, found.scale)
+        if self._box is not None:
+            self._speed = (0.5 * self._speed + 0.5 * (box - self._box)).astype(np.float32)
+        self._box = box
+        return image, plain, found
 
     # --- where
 
-    def _find(self, image: ByteArray) -> tuple[Detection, FloatArray, float] | None:
+    def _find(self, image: ByteArray) -> _Spotted | None:
         """The person, in a square of the picture: its middle (2,) and its pixels per pixel."""
         if self._box is not None and self._lost < RARELY:
             expected = self._box + self._speed
@@ -133,7 +171,7 @@ class Tracker:
             return self._find_anywhere(image)
         return None
 
-    def _find_near(self, image: ByteArray, expected: FloatArray) -> tuple[Detection, FloatArray, float] | None:
+    def _find_near(self, image: ByteArray, expected: FloatArray) -> _Spotted | None:
         middle, half = _square_of(expected)
         square, scale = cut_square(image, middle, half, SQUARE)
         person = self._pose.one(square)
@@ -144,14 +182,14 @@ class Tracker:
             person = next((other for other in others if self._is_same(image, _in_picture(_box_of(other), middle, scale), expected, other, square)), None)
             if person is None:
                 return None
-        return person, middle, scale
+        return _Spotted(person, square, middle, scale)
 
     def _is_same(self, image: ByteArray, box: FloatArray, expected: FloatArray, person: Detection, square: ByteArray) -> bool:
         if _overlap(box, expected) < SAME_BOX:
             return False
         return self._look is None or _likeness(self._look, _look_of(square, person.mask)) > SAME_LOOK
 
-    def _find_anywhere(self, image: ByteArray) -> tuple[Detection, FloatArray, float] | None:
+    def _find_anywhere(self, image: ByteArray) -> _Spotted | None:
         """Whoever is meant where nobody is followed; the one who was, where somebody is lost."""
         shrink = min(1.0, 640 / max(image.shape[:2]))
         small = np.asarray(cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA))
@@ -168,7 +206,7 @@ class Tracker:
         square, scale = cut_square(image, middle, half, SQUARE)
         closer = self._pose.one(square)
         if closer is not None and _overlap(_in_picture(_box_of(closer), middle, scale), box) > SAME_BOX:
-            return closer, middle, scale
+            return _Spotted(closer, square, middle, scale)
         return None
 
     def _meant(self, people: list[Detection], picture: ByteArray) -> Detection | None:
@@ -186,32 +224,24 @@ class Tracker:
 
     # --- what
 
-    def _seen(self, image: ByteArray, person: Detection, middle: FloatArray, scale: float, plain: Sighting) -> Sighting:
-        square, _ = cut_square(image, middle, SQUARE / (2 * scale), SQUARE)
-        look = _look_of(square, person.mask)
-        self._look = look if self._look is None else 0.95 * self._look + 0.05 * look
-        box = _in_picture(_box_of(person), middle, scale)
-        if self._box is not None:
-            self._speed = (0.5 * self._speed + 0.5 * (box - self._box)).astype(np.float32)
-        self._box = box
-        upright = put_upright(person.keypoints, person.keypoints_3d)
+    def _seen(self, image: ByteArray, plain: Sighting, spotted: _Spotted | None) -> Sighting:
+        """What the frame says of the person."""
+        if spotted is None:
+            return plain
+        person, middle, scale = spotted.person, spotted.middle, spotted.scale
         try:
-            found = look_at_body(square, person.mask, threads=2)
+            found = look_at_body(spotted.square, person.mask, threads=1)
         except InputError:  # an empty mask
             return plain
-        keypoints, points = mended(person.keypoints, upright, found)
-        height = height_in_pixels(found.landmarks) / scale
+        keypoints, points = mended(person.keypoints, put_upright(person.keypoints, person.keypoints_3d), found)
         keypoints[:, 2] = np.minimum(keypoints[:, 2], 0.3 + person.keypoints[:, 2])
         keypoints[:, :2] = (keypoints[:, :2] - SQUARE / 2) / scale + middle
-        return Sighting(
-            time=plain.time,
-            warp=plain.warp,
-            steady=plain.steady,
-            cut=plain.cut,
+        return replace(
+            plain,
             keypoints=keypoints.astype(np.float32),
             points=points.astype(np.float32),
-            height=float(height),
-            box=box,
+            height=float(height_in_pixels(found.landmarks) / scale),
+            box=_in_picture(_box_of(person), middle, scale),
             face=self._see_face(image, keypoints),
             hands=self._see_hands(image, keypoints),
         )
@@ -224,7 +254,7 @@ class Tracker:
         if apart < _EYES / 4:
             return None
         half = 1.7 * max(float(np.ptp(head[:, :2], axis=0).max()), 1.5 * apart)
-        square, scale = cut_square(image, head[:, :2].mean(axis=0).astype(np.float64), half, 256)
+        square, _ = cut_square(image, head[:, :2].mean(axis=0).astype(np.float64), half, 256)
         found = self._face.one(square)
         if found is None:
             return None
@@ -234,8 +264,13 @@ class Tracker:
             return None
         return np.asarray((found - eyes.mean(axis=0)) / distance, np.float16)
 
+    def _odd(self) -> bool:
+        """Whether this is every other frame in which somebody is seen."""
+        self._looked += 1
+        return bool(self._looked % 2)
+
     def _see_hands(self, image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-        if self._hands is None or self._count % 2:
+        if self._hands is None or self._odd():
             return None
         seen = np.zeros((2, 21, 4), np.float32)
         for row, side in zip(seen, ("left", "right"), strict=True):
@@ -271,7 +306,7 @@ def _box_of(person: Detection) -> FloatArray:
     if len(rows):
         low = np.minimum(low, [columns.min(), rows.min()])
         high = np.maximum(high, [columns.max() + 1, rows.max() + 1])
-    return np.concatenate([low, high]).astype(np.float32)
+    return np.asarray(np.concatenate([low, high]), np.float32)
 
 
 def _in_picture(box: FloatArray, middle: FloatArray, scale: float) -> FloatArray:
@@ -311,8 +346,3 @@ def _look_of(picture: ByteArray, mask: FloatArray) -> FloatArray:
 
 def _likeness(one: FloatArray, two: FloatArray) -> float:
     return float(np.sqrt(one * two).sum(axis=1).mean())
-
-
-def missing(time: float) -> Sighting:
-    """A frame in which nobody is."""
-    return Sighting(time=time, warp=SAME)

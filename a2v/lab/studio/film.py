@@ -14,7 +14,7 @@ from a2v.geometry.vectors import unit
 from a2v.lab.studio.avatars import Avatar
 from a2v.lab.studio.posing import avatar_body
 from a2v.lab.studio.solid import smooth_normals, weld
-from a2v.types import ByteArray, FloatArray, Motion
+from a2v.types import ByteArray, FloatArray, IntArray, Motion
 
 CAMERAS = ("still", "pan", "hand")
 """A tripod; one whose head turns after the person; one in a hand, which turns, shakes and drifts."""
@@ -139,13 +139,13 @@ def camera_path(hips: FloatArray, fps: float, settings: FilmSettings) -> CameraP
     away = np.array([np.sin(turn), 0.0, np.cos(turn)])
     focal = settings.lens / 43.27 * float(np.hypot(settings.width, settings.height))
     room = 0.5 * float(np.ptp(flat, axis=0).max()) * focal / settings.width * 2 if settings.camera == "still" else 0.0
-    place = middle + away * max(settings.distance, 1.2 + room + 2.0 * focal / settings.height * 0.62) + [0, settings.held, 0]
+    place = middle + away * max(settings.distance, 1.2 + room + 2.0 * focal / settings.height * 0.62) + np.array([0.0, settings.held, 0.0])
     places = np.repeat(place[None], count, axis=0)
-    aim = np.repeat((middle + [0, 0.9, 0])[None], count, axis=0)
+    aim = np.repeat((middle + np.array([0.0, 0.9, 0.0]))[None], count, axis=0)
     if settings.camera != "still":
         from scipy.ndimage import gaussian_filter1d
 
-        aim = gaussian_filter1d(flat, 0.35 * fps, axis=0, mode="nearest") + [0, 0.9, 0]
+        aim = gaussian_filter1d(flat, 0.35 * fps, axis=0, mode="nearest") + np.array([0.0, 0.9, 0.0])
     roll = np.zeros(count)
     if settings.camera == "hand":
         from scipy.ndimage import gaussian_filter1d
@@ -209,7 +209,7 @@ def _look_up(texture: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray(texture[rows, columns])
 
 
-def _draw(film: Film, frame: int, room: _Room, places: FloatArray) -> FloatArray:
+def _draw(film: Film, frame: int, room: _Room, places: IntArray) -> FloatArray:
     """A picture (H, W, 3) float, 0 to 255."""
     s, path, avatar = film.settings, film.path, film.avatar
     u, v = np.meshgrid(np.arange(s.width) + 0.5 - s.width / 2, np.arange(s.height) + 0.5 - s.height / 2)
@@ -236,7 +236,7 @@ def _draw(film: Film, frame: int, room: _Room, places: FloatArray) -> FloatArray
     return np.asarray(colors.reshape(s.height, s.width, 3), np.float32)
 
 
-def _skin_colors(avatar: Avatar, faces: FloatArray, uv: FloatArray) -> FloatArray:
+def _skin_colors(avatar: Avatar, faces: IntArray, uv: FloatArray) -> FloatArray:
     """Colours (n, 3), 0 to 255, of the texture where rays met faces (n,) at Embree's barycentric coordinates (n, 2)."""
     corners = avatar.uv[faces]
     spot = (1 - uv.sum(axis=1, keepdims=True)) * corners[:, 0] + uv[:, :1] * corners[:, 1] + uv[:, 1:] * corners[:, 2]

@@ -16,10 +16,10 @@ from a2v.errors import InputError
 from a2v.geometry.vectors import unit
 from a2v.kinematics import Skeleton, rotvec_to_rotmat, swing_between
 from a2v.kinematics.names import canonical_joints
-from a2v.kinematics.transforms import inverse_kinematics
+from a2v.kinematics.transforms import inverse_kinematics, on_lengths
 from a2v.motion.applications import on_skeleton
 from a2v.motion.clips import SOURCE as CLIPS
-from a2v.motion.clips import clip_library, on_lengths, play_clip
+from a2v.motion.clips import clip_library, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, rises

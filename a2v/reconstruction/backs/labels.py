@@ -134,6 +134,10 @@ class Seen:
         The face's colour, sRGB; None if it was not seen.
     face : (V,) bool
         Vertices within the face, of which nothing is continued.
+    rest : (V, 3), optional
+        Where they are at rest, metres: garments' borders run around the body there. None: borders are as they are found.
+    cloth : (V,) bool, optional
+        What is neither skin nor hair nor shoe: a layer that hangs.
     """
 
     vertices: FloatArray
@@ -147,6 +151,8 @@ class Seen:
     neighbors: IntArray
     skin: FloatArray | None
     face: BoolArray
+    rest: FloatArray | None = None
+    cloth: BoolArray | None = None
 
     def on(self, *names: str) -> BoolArray:
         """Which vertices (V,) lie on the parts of these names."""
@@ -192,6 +198,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
         cost[:, column] += _reluctance(seen, int(kind), palettes)
+        if seen.cloth is not None and kind not in (UPPER, LOWER):
+            cost[seen.cloth, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one

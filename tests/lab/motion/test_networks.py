@@ -15,6 +15,20 @@ from a2v.lab.motion.networks import DECODERS, Pose, VAESettings
 from a2v.lab.motion.vae import MotionVAE, Reconstruction, States, shifted
 
 
+VARIANTS = [VAESettings(decoder=name) for name in DECODERS]
+VARIANTS += [VAESettings(decoder=name, roots="relative") for name in DECODERS]
+VARIANTS += [VAESettings(decoder=name, roots="relative", root_rotation=True) for name in DECODERS if name != "plain"]
+VARIANTS += [VAESettings(decoder="lie", root_rotation=True)]
+"""The four decoders, with and without what the journal adds."""
+
+
+def variant_name(settings):
+    return settings.decoder + " relative" * settings.relative + " W0" * settings.root_rotation
+
+
+every_variant = pytest.mark.parametrize("settings", VARIANTS, ids=variant_name)
+
+
 def parameters(module):
     return sum(p.numel() for p in module.parameters())
 
@@ -37,12 +51,27 @@ def test_sizes_of_table_3():
     assert model.generator.encoder.in_features == 115
 
 
-@pytest.mark.parametrize("decoder", DECODERS)
+def seen(pose, model):
+    """A pose (B, J, 3) as prior and generator see it, flat."""
+    return (pose - pose[:, :1] if model.settings.roots == "relative" else pose).flatten(1)
+
+
+def seen_by_posterior(joints, model):
+    """Poses (B, T, J, 3) as the posterior sees them, flat."""
+    if model.settings.roots == "absolute":
+        return joints.flatten(2)
+    told = joints - joints[:, :, :1]
+    told[:, 1:, 0] = joints[:, 1:, 0] - joints[:, :-1, 0]
+    told[:, 0, 0] = joints[:, 0, 0]
+    return told.flatten(2)
+
+
+@every_variant
 @pytest.mark.parametrize("name", ["humanact12", "cmu", "ntu_vibe"])
-def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
+def test_the_parallel_pass_equals_a_loop_over_frames(settings, name):
     skeleton = SKELETONS[name]
     torch.manual_seed(0)
-    model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(skeleton, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton))
     previous = shifted(joints)
     parallel = model.reconstruct(joints, actions, lengths, noise)
@@ -50,7 +79,7 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
     latent = parallel.posterior_mean + torch.exp(0.5 * parallel.posterior_logvar) * noise
     for t in range(joints.shape[1]):
         counter = torch.full((3, 1), (t + 1) / joints.shape[1], dtype=torch.float64)
-        context = torch.cat([previous[:, t].flatten(1), actions, counter], -1)[:, None]
+        context = torch.cat([seen(previous[:, t], model), actions, counter], -1)[:, None]
         mean, logvar, prior = model.prior(context, states.prior)
         assert torch.allclose(mean[:, 0], parallel.prior_mean[:, t], atol=1e-12)
         assert torch.allclose(logvar[:, 0], parallel.prior_logvar[:, t], atol=1e-12)
@@ -60,11 +89,11 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
         states = states._replace(prior=prior, generator=generator, trajectory=states.trajectory if pose.state is None else pose.state)
 
 
-@pytest.mark.parametrize("decoder", DECODERS)
-def test_the_loop_is_a_fixed_point_of_the_parallel_pass(decoder):
+@every_variant
+def test_the_loop_is_a_fixed_point_of_the_parallel_pass(settings):
     """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these poses again."""
     torch.manual_seed(0)
-    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(HUMANACT12, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs())
     own = model.reconstruct(joints, actions, lengths, noise, torch.zeros(3, dtype=torch.bool))
     latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
@@ -89,12 +118,12 @@ def test_teacher_forcing_is_per_sequence(decoder):
 def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
     """What `reconstruct` computes, written as one loop and left to autograd."""
     condition = model.condition(actions, joints.shape[1])
-    mean, logvar, _ = model.posterior(torch.cat([joints.flatten(2), condition], -1))
+    mean, logvar, _ = model.posterior(torch.cat([seen_by_posterior(joints, model), condition], -1))
     latent = mean + torch.exp(0.5 * logvar) * noise
     states, previous = model.initial_states(len(joints)), torch.zeros_like(joints[:, 0])
     poses, priors = [], []
     for t in range(joints.shape[1]):
-        context = torch.cat([previous.flatten(1), condition[:, t]], -1)[:, None]
+        context = torch.cat([seen(previous, model), condition[:, t]], -1)[:, None]
         prior_mean, prior_logvar, prior = model.prior(context, states.prior)
         outputs, generator = model.generator(torch.cat([context, latent[:, t : t + 1]], -1), states.generator)
         pose = model.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
@@ -108,12 +137,12 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
-@pytest.mark.parametrize("decoder", DECODERS)
-def test_gradients_flow_through_the_feedback(decoder, name):
+@every_variant
+def test_gradients_flow_through_the_feedback(settings, name):
     """All gradients of Eq. 12, some sequences fed their own poses, as autograd has them through a loop over frames."""
     torch.manual_seed(0)
     skeleton = SKELETONS[name]
-    model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(skeleton, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton, batch=4, frames=12))
     teacher = torch.tensor([False, True, False, False])
     gradients = []

@@ -171,9 +171,9 @@ class Run:
         content = read_checkpoint(self.path, needed)
         old = content["made_with"]
         for name in sorted({*self.made_with, *old}):
-            value = self.made_with.get(name)
-            if old.get(name) != value:
-                raise InputError(f"{self.path} was made with {name}={old.get(name)}, not {value}; give another folder or the same settings")
+            value = self.made_with.get(name, "its default")
+            if name not in old or old[name] != value:
+                raise InputError(f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings")
         self._began = time.monotonic() - content["seconds"]
         return content
 

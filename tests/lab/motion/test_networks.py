@@ -10,10 +10,10 @@ import torch
 from torch.distributions import Normal, kl_divergence
 
 from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
+from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.lab.motion.losses import gaussian_kl, vae_losses
 from a2v.lab.motion.networks import DECODERS, Pose, VAESettings
 from a2v.lab.motion.vae import MotionVAE, Reconstruction, States, shifted
-
 
 VARIANTS = [VAESettings(decoder=name) for name in DECODERS]
 VARIANTS += [VAESettings(decoder=name, roots="relative") for name in DECODERS]
@@ -205,6 +205,39 @@ def test_generated_bones_keep_their_lengths(decoder):
     joints = model.sample(actions[:, None].expand(-1, 40, -1), lengths, noise).joints
     measured = bone_lengths(joints, HUMANACT12)[..., 1:]
     assert (measured - lengths[:, None, 1:]).abs().max() < 1e-5
+
+
+@pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
+def test_the_body_turns_as_one_with_w0(decoder):
+    """Eq. 6 with j from 0: what W_0 turns keeps its shape, and nothing else of the pose depends on it."""
+    torch.manual_seed(0)
+    decode = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, root_rotation=True)).double().pose_decoder
+    lengths = inputs()[2].double()
+    outputs, previous = torch.randn(3, 2, decode.input_size).double(), torch.zeros(3, 2, 24, 3).double()
+    turned = torch.tensor([0.3, -0.5, 0.2], dtype=torch.float64)
+    poses = []
+    for vector in (torch.zeros(3, dtype=torch.float64), turned):
+        with torch.no_grad():  # W_0 alone, the same for all
+            decode.lie_output.weight[-3:], decode.lie_output.bias[-3:] = 0, torch.atanh(vector / torch.pi)
+        poses.append(decode(outputs, previous, lengths).joints)
+    still, moved = (pose - pose[:, :, :1] for pose in poses)
+    assert torch.allclose(moved, still @ rotvec_to_rotmat(turned).T, atol=1e-12)
+    assert (moved - still).abs().max() > 0.05
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_relative_roots_do_not_know_where_the_body_is(decoder):
+    """Moved to another place, poses before are followed by the same ones there (absolute roots: by others)."""
+    joints, actions, lengths, noise = (x.double() for x in inputs())
+    away = torch.tensor([3.0, 0.5, -2.0], dtype=torch.float64)
+    differences = []
+    for roots in ("relative", "absolute"):
+        torch.manual_seed(0)
+        model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, roots=roots)).double()
+        condition = model.condition(actions, joints.shape[1])
+        here, there = (model.decode(joints + place, condition, noise, lengths).joints for place in (0, away))
+        differences.append((there - here - away).abs().max())
+    assert differences[0] < 1e-10 < 0.01 < differences[1]
 
 
 def test_kl_agrees_with_torch():

@@ -26,7 +26,8 @@ from a2v.formats.bvh import read_bvh
 from a2v.io import write_npz
 from a2v.kinematics import skeleton_from_parents
 from a2v.kinematics.orientations import bone_rotmats
-from a2v.motion.clips import LIBRARY, STEP, TABLE, on_lengths
+from a2v.kinematics.transforms import on_lengths
+from a2v.motion.clips import LIBRARY, STEP, TABLE
 from a2v.types import Motion
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -25,6 +25,15 @@ def bone_lengths(joints: Array, skeleton: Skeleton) -> Array:
     return lengths
 
 
+def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
+    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root stays."""
+    vectors = bone_vectors(joints, skeleton)
+    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9) * lengths[:, None]
+    vectors[:, 0] = 0
+    moved: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, vectors) + joints[:, :1]
+    return moved
+
+
 def best_scale(points: np.ndarray, targets: np.ndarray, weights: np.ndarray) -> float:
     """The factor s of the weighted least squares ``targets ~ s * points + t``: points and targets (N, D), weights (N,) not all 0."""
     first = points - np.average(points, axis=0, weights=weights)

@@ -18,7 +18,7 @@ import numpy as np
 from a2v.errors import InputError
 from a2v.io import read_npz
 from a2v.kinematics import Skeleton, skeleton_from_parents
-from a2v.kinematics.transforms import bone_vectors, inverse_kinematics
+from a2v.kinematics.transforms import bone_vectors, inverse_kinematics, on_lengths
 from a2v.motion.edit import mirror_motion
 from a2v.motion.model import plain_name
 from a2v.sessions import WEIGHTS, file_digest
@@ -230,15 +230,6 @@ def _sampled(keyed: FloatArray, at: FloatArray, skeleton: Skeleton, lengths: Flo
     share: FloatArray = (at - low)[:, None, None]
     one, two = (low % count, (low + 1) % count) if around else (np.clip(low, 0, count - 1), np.clip(low + 1, 0, count - 1))
     return on_lengths(keyed[one] + share * (keyed[two] - keyed[one]), skeleton, lengths)
-
-
-def on_lengths(joints: FloatArray, skeleton: Skeleton, lengths: FloatArray) -> FloatArray:
-    """Joints (T, J, 3) whose bones point as they do and are as long as `lengths` (J,); the root stays."""
-    vectors = bone_vectors(joints, skeleton)
-    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9) * lengths[:, None]
-    vectors[:, 0] = 0
-    moved: FloatArray = np.einsum("jb,tbx->tjx", skeleton.path_matrix, vectors) + joints[:, :1]
-    return moved
 
 
 def _varied(keyed: FloatArray, skeleton: Skeleton, amplitude: float) -> FloatArray:

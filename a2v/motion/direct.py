@@ -13,11 +13,12 @@ from a2v.kinematics import Skeleton, skeleton_of
 from a2v.motion.direction import Direction
 from a2v.motion.direction_steerer import DirectionSteerer
 from a2v.motion.edit import Edit, edited, planting, rises, settled
+from a2v.motion.figures import NATURAL_SECONDS, natural_path
 from a2v.motion.limbs import hold_limbs, planted
 from a2v.motion.model import MotionModel
 from a2v.motion.placement import ground_offset
 from a2v.motion.prompts import Step
-from a2v.motion.timeline import Moments, Take, perform
+from a2v.motion.timeline import Moments, Take, perform, stack_clips
 from a2v.motion.ways import Way, way_along
 from a2v.motion.window_sampler import WindowSampler
 from a2v.types import Motion
@@ -63,6 +64,8 @@ def make_motion(
         See `perform`, `edited` and `check_directed`.
     """
     after = dataclasses.replace(edit, speed=1.0)
+    if direction is None and (figure := _figure(model, steps, take, speed=edit.speed)) is not None:
+        return edited(figure, after)
     if direction is None:
         made = perform(model, steps, take, speed=edit.speed, skip_rest=True)
         actions = [step.action for step in steps]
@@ -71,6 +74,24 @@ def make_motion(
     check_directed(model, steps, direction, count=take.count)
     made = _directed(model, steps, direction, take, speed=edit.speed)
     return edited(_rising(made, model, steps), after)
+
+
+def _figure(model: MotionModel, steps: Sequence[Step], take: Take, *, speed: float) -> Motion | None:
+    """Clips of the one action that is named after its path (`a2v.motion.figures`), along that path; None for all others."""
+    if len(steps) != 1 or steps[0].action not in NATURAL_SECONDS or not isinstance(model.sampler, WindowSampler):
+        return None
+    if not model.sampler.card.steerable:
+        return None
+    step = steps[0]
+    frames = step.frames or (take.frames if step.seconds is None else max(1, round(step.seconds * take.fps)))
+    pace, seconds = natural_speed(model, step.action), frames / take.fps * speed * step.speed
+    path = natural_path(step.action, seconds=seconds, pace=pace, fps=model.fps)
+    clips = []
+    for number in range(take.count):
+        one = dataclasses.replace(take, count=1, seed=take.seed + number)
+        made = _directed(model, steps, Direction(path=path, pace=pace), one, speed=speed)
+        clips.append(made.first(min(frames, made.frames)))
+    return clips[0] if take.count == 1 else stack_clips(clips)
 
 
 def _rising(motion: Motion, model: MotionModel, steps: Sequence[Step]) -> Motion:

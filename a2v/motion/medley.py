@@ -16,16 +16,16 @@ from a2v.errors import InputError
 from a2v.geometry.vectors import unit
 from a2v.kinematics import Skeleton, rotvec_to_rotmat, swing_between
 from a2v.kinematics.names import canonical_joints
-from a2v.kinematics.transforms import inverse_kinematics
+from a2v.kinematics.transforms import inverse_kinematics, on_lengths
 from a2v.motion.applications import on_skeleton
 from a2v.motion.clips import SOURCE as CLIPS
-from a2v.motion.clips import clip_library, on_lengths, play_clip
+from a2v.motion.clips import clip_library, play_clip
 from a2v.motion.crossfade import crossfade
 from a2v.motion.direct import make_motion
 from a2v.motion.edit import Edit, edited, rises
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Step
-from a2v.motion.timeline import Take
+from a2v.motion.timeline import Take, stack_clips
 from a2v.types import FloatArray, Motion
 
 MODEL_SECONDS = 3.0
@@ -80,10 +80,7 @@ def make_sourced(
     if len(sources) == 1 and CLIPS not in sources:
         return make_motion(MotionModel.load(steps[0].source), steps, Take(frames=frames, fps=fps, seed=seed, count=count), edit=edit)
     made = [_one(steps, frames, fps, seed + number, edit) for number in range(count)]
-    if count == 1:
-        return made[0]
-    stacked = {name: np.stack([getattr(motion, name) for motion in made]) for name in ("joints", "rotations", "root")}
-    return dataclasses.replace(made[0], **stacked)
+    return made[0] if count == 1 else stack_clips(made)
 
 
 def _one(steps: Sequence[Step], frames: int, fps: float, seed: int, edit: Edit) -> Motion:

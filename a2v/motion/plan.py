@@ -18,6 +18,7 @@ from a2v.motion.clips import SOURCE as CLIPS
 from a2v.motion.direct import make_motion
 from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
+from a2v.motion.figures import NATURAL_SECONDS
 from a2v.motion.medley import make_sourced, natural_seconds
 from a2v.motion.model import MotionModel
 from a2v.motion.prompts import Match, Step, explain, parse_prompt
@@ -70,9 +71,9 @@ class MotionPlan:
 
     @property
     def seconds(self) -> float | None:
-        """How long it lasts by nature where no length is asked for; None for a model's actions, which have the length that people are used to see."""
+        """How long it lasts by nature where no length is asked for; None for a model's actions without a length of their own."""
         if self.model is not None:
-            return None
+            return NATURAL_SECONDS.get(self.steps[0].action) if len(self.steps) == 1 and self.steps[0].seconds is None else None
         return sum(step.seconds if step.seconds is not None else natural_seconds(step) for step in self.steps)
 
     @property

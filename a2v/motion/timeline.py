@@ -189,6 +189,12 @@ def perform(
     return motion if count > 1 else motion[0]
 
 
+def stack_clips(clips: Sequence[Motion]) -> Motion:
+    """Clips of the same length and skeleton as one motion with a leading axis (N, T, ...); the other facts are the first clip's."""
+    stacked = {name: np.stack([getattr(clip, name) for clip in clips]) for name in ("joints", "rotations", "root")}
+    return dataclasses.replace(clips[0], **stacked)
+
+
 def _noise_of(steps: Sequence[Step], starts: FloatArray, seed: int) -> Noise:
     """Noise of steps that begin with the frames `starts` (S,): of their own seeds where they have them, else of `seed`."""
     common = np.random.default_rng(seed)

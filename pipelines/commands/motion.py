@@ -26,7 +26,8 @@ from a2v.motion.timeline import Take
 from a2v.rendering.stickfigure import DRAWN_FORMATS
 from a2v.types import Motion
 from pipelines.answer import Answer
-from pipelines.inputs import check_writable
+from pipelines.inputs import RunOptions, check_writable
+from pipelines.motion_film import FilmedOptions, Made, follow_video
 from pipelines.motion_page import PageOptions, write_page
 from pipelines.options import flag, group, option
 from pipelines.requests.motion import EditOptions, PlanOptions, WayOptions, open_model, plan_length, read_direction, read_plan
@@ -47,6 +48,7 @@ EXAMPLES = """examples:
   a2v motion --action "sneak for 3 s, then run away" --out escape.bvh         in words
   a2v motion --action Walk --path "0,0 0,3 3,3 3,6" --out way.bvh    along a path over the ground
   a2v motion --action Walk --start-pose "a.npz#30" --end-pose b.bvh --seconds 3 --out b2.bvh   also --keyframes FILE, --hold
+  a2v motion --from-video clip.mp4 --out me.bvh                         the person in a video; --seconds 10, --follow.start 4
   a2v motion --action Walk --loop --in-place --out cycle.bvh                          for game engines; --mirror, --speed 1.5
   a2v motion --model humanact12 --action jump --count 100 --native --out jump.npz     as the papers' classifiers expect it
   a2v motion --page motions.html --character me.glb                     a page that makes them itself, in the browser
@@ -80,6 +82,8 @@ class Options:
     root_motion: bool = flag(f"with --rig: {ROOT_MOTION}")
     edits: EditOptions = group(EditOptions)
     paging: PageOptions = group(PageOptions)
+    filmed: FilmedOptions = group(FilmedOptions, "out of a video")
+    running: RunOptions = group(RunOptions, "how a video is followed")
     native: bool = flag(".npz of joints in the data set's own frame and unit, and at the model's own rate, first root at the origin")
 
     def frames_written(self, plan: MotionPlan) -> int:
@@ -98,6 +102,8 @@ class Options:
 
 MAX_FRAMES = 1_500_000
 """Frames of all clips together: about a gigabyte."""
+FILMED = ("plan", "way", "out", "rig", "root_motion", "edits", "filmed", "running", "paging")
+"""Options that go together with a video."""
 MAX_CLIPS = 10_000
 """However short they are: a flow makes a whole window for each."""
 
@@ -119,6 +125,10 @@ def run(options: Options) -> Answer:
     if options.count > MAX_CLIPS:
         raise InputError(f"count is {brief(options.count)}; expected at most {MAX_CLIPS:,} clips")
     check_speed(options.edits.speed)
+    if options.filmed.from_video is not None:
+        others = [item.name for item in fields(options) if item.name not in FILMED and getattr(options, item.name) != item.default]
+        made = follow_video(options.filmed, options.plan, options.edits.edit, options.running, [*others, *_given(options.way)])
+        return _written(made, path, rigged, options.edits.edit)
     asked = _planned(options)
     frames = options.frames_written(asked) if asked.model is None else options.length(asked.model)
     if options.count * frames > MAX_FRAMES:
@@ -128,14 +138,20 @@ def run(options: Options) -> Answer:
         check_writable(path.parent)
         write_npz(path, content)
         return Answer(files=[path])
-    made, edit = generate(asked, options), options.edits.edit
+    return _written(Made(generate(asked, options)), path, rigged, options.edits.edit)
+
+
+def _written(made: Made, path: Path, rigged: RigOptions | None, edit: Edit) -> Answer:
+    """A motion that is in its tempo already, edited and written."""
     check_writable(path.parent)
     if rigged is None:
-        written = write_motion(path, edited(made, replace(edit, speed=1.0)), FORMATS)
+        motion = edited(made.motion, replace(edit, speed=1.0))
+        written = write_motion(path, motion, FORMATS)
     else:
-        made = edited(made, replace(edit, speed=1.0, in_place=False))
-        written = write_rigged_motion(path, made, rigged, edit)
-    return Answer(files=written, facts={"action": made.action, "frames": made.frames, "fps": float(made.fps)})
+        motion = edited(made.motion, replace(edit, speed=1.0, in_place=False))
+        written = write_rigged_motion(path, motion, rigged, edit)
+    facts = {"action": motion.action, "frames": motion.frames, "fps": float(motion.fps), **made.facts}
+    return Answer(files=written, notes=made.notes, facts=facts)
 
 
 def _rigged(options: Options, path: Path) -> RigOptions | None:

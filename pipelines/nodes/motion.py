@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 
+from a2v.footage import FollowSettings
 from a2v.motion.direction import Direction
 from a2v.motion.edit import Edit
 from a2v.motion.prompts import Step
 from a2v.types import Motion
-from pipelines.engine.memo import memo
+from pipelines.engine.memo import measure, memo, note, progress
 from pipelines.engine.store import File, Ref, put
 
 
@@ -30,12 +31,21 @@ def motion(
 
 
 @memo()
-def recorded_motion(motion_file: File, action: str, frames: int, fps: float, edit: Edit) -> Ref[Motion]:
-    """Read a motion file: the first `frames` of it at `fps` and in its tempo. It travels still."""
+def recorded_motion(motion_file: File, action: str, frames: int, fps: float, edit: Edit, follow: FollowSettings) -> Ref[Motion]:
+    """Read a motion file, or follow the person in a video: the first `frames` of it at `fps` and in its tempo. It travels still."""
+    from a2v.footage import is_video
+    from a2v.footage.follow import follow_person
     from a2v.formats import read_motion
     from a2v.motion.edit import edited, retimed
 
-    made = read_motion(motion_file.path, action=action)
+    if is_video(motion_file.path):
+        found = follow_person(motion_file.path, follow, seconds=frames / fps * edit.speed, action=action, progress=progress())
+        for remark in found.remarks:
+            note(remark)
+        measure(found.facts)
+        made = found.motion
+    else:
+        made = read_motion(motion_file.path, action=action)
     if made.batch:
         made = made[(0,) * len(made.batch)]
     made = retimed(made, fps=fps, speed=edit.speed).first(frames)

@@ -13,6 +13,7 @@ import numpy as np
 
 from a2v.animation import BlinkSettings, RetargetSettings
 from a2v.errors import InputError
+from a2v.footage import FollowSettings
 from a2v.formats.registry import readable_motions
 from a2v.io import shorten
 from a2v.kinematics.resample import SHOWN_FPS
@@ -43,6 +44,11 @@ SECONDS = "length of a motion (default: 5, or as long as the model's own clips a
 FRAMES = "length in frames, instead of --seconds"
 FPS = "frames a second"
 """What the options of the same names say."""
+
+MOTION_FILES = f"{readable_motions(', ')}, or a video of somebody"
+"""What the options that name a motion's file say."""
+FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "hands", "face")
+"""Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0
 MAX_FRAMES = 10_000
@@ -264,7 +270,8 @@ class ResolvedMotion:
 class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions):
     """A motion for one person, generated or recorded, and how it is carried over to the body."""
 
-    motion: str | None = option(f"recorded motion instead of a model: {readable_motions()}", default=None, metavar="FILE")
+    motion: str | None = option(f"recorded motion instead of a model: {MOTION_FILES}", default=None, metavar="FILE")
+    follow: FollowSettings = settings(FollowSettings, users=FOLLOW_USERS)
 
     def resolve(self) -> ResolvedMotion:
         """The graph's parameters of the motion; the words of the action are read once.
@@ -281,7 +288,7 @@ class MotionRequest(Request, CarryOptions, EditOptions, WayOptions, PlanOptions)
                 raise InputError(f"{given[0]} cannot be given with motion; a recorded motion goes where it went")
             length = length_of(frames=self.frames, seconds=self.seconds, fps=self.fps)
             return ResolvedMotion(
-                parameters={**moving, "motion_file": File.of(self.motion), "action": self.action, "frames": length, "fps": self.fps}
+                parameters={**moving, "motion_file": File.of(self.motion), "action": self.action, "frames": length, "fps": self.fps, "follow": self.follow}
             )
         plan = read_plan(self, directed=self.given)
         length = plan_length(plan, frames=self.frames, seconds=self.seconds, fps=self.fps)

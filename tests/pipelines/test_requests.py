@@ -31,7 +31,7 @@ OTHERS = {
     "pace": 1.1, "heading": 90.0, "keyframes": "k.yaml", "start_pose": "m.npz", "end_pose": "m.npz#4-6", "hold": "head 0,1.5,0 from 1 to 2",
     "motion": "m.npz", "views": "front,turntable", "camera": "c.yaml", "background": "#30506f", "look": "night", "aspect": "9:16",
     "variant": "scalar_rgb", "photo": "b.jpg", "more": "c.jpg", "mask": "b.jpg", "keypoints": "b.jpg", "corrections": "r.yaml", "backend": "body-prior", "character": "fused", "texture": 4096, "fit.distance": 3.5, "normal_map": 2048, "deform.method": "skinning",
-    "fit.model": "b.npz", "perception.max_side": 512, "perception.band": 0.05, "retarget.life.hands": "fist",
+    "follow.lens": 35.0, "follow.camera": "still", "fit.model": "b.npz", "perception.max_side": 512, "perception.band": 0.05, "retarget.life.hands": "fist",
 }  # fmt: skip
 """Values that are not the defaults; numbers are one more and switches the other way where none is named."""
 UNUSABLE = {"pifuhd", "pifu_geometry", "pifu_color", "pamir_geometry", "pamir_texture", "implicit.weights", "implicit.digest"}

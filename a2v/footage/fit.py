@@ -1,0 +1,369 @@
+"""One body fitted to a whole piece of film: window by window, with what joints usually do from frame to frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from a2v.body.anny import AnnyModel
+from a2v.body.fit import one_thread
+from a2v.body.lbfgs import minimize
+from a2v.body.pose_bank import COMPARED, load_pose_bank
+from a2v.body.pose_prior import load_pose_prior
+from a2v.body.pose_space import pose_space
+from a2v.body.registry import load_body_model
+from a2v.body.terms import geman_mcclure, likely_pose, outside, robust_sum
+from a2v.footage.figure import NAMES, Figure
+from a2v.footage.settings import FollowSettings
+from a2v.footage.track import Track
+from a2v.kinematics.names import LANDMARK_INDEX
+from a2v.kinematics.so3 import rotvec_to_rotmat
+from a2v.kinematics.stature import TYPICAL_HEIGHT
+from a2v.types import FloatArray, IntArray, Progress
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+FIXED = 6
+"""Frames before a window that stay as they are, so that it goes on from them."""
+AGAIN = 14
+"""Last frames of a window that are fitted again with the next one, which knows what follows."""
+SAMPLED = 24
+"""Frames by which the body's shape and the camera's tilt are found."""
+HELD = (1.35, 0.35)
+"""Usual height of a camera over the ground, metres, and its spread."""
+_KEYPOINT = 0.012
+"""Expected error of a landmark, relative to the height."""
+_ROBUST = 0.05
+_DEPTH = 0.05
+"""Expected error of a bone's depth, relative to the height."""
+_DEPTH_WEIGHT = 2.0
+_POSE_WEIGHT = 0.3
+_SMOOTH_WEIGHT = 0.6
+_TURNS = 120.0
+"""Usual acceleration of an angle, radians per square second."""
+_SLIDE = 0.04
+"""Metres a second at which a foot that stands may slide."""
+_SEGMENTS = [
+    *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
+        ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
+    )),
+    ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
+]  # fmt: skip
+_ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
+_FEET = [NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moves:
+    """A body in every frame of a piece, in the world: y up, the first frame's camera at the origin, looking along -z.
+
+    Attributes
+    ----------
+    joints : (T, J, 3)
+        `a2v.footage.figure.JOINTS`, metres.
+    landmarks : (T, 33, 3)
+    shape : (S,)
+        Of the body, in all frames.
+    tilt : float
+        How far the camera looked down in the first frame, radians.
+    """
+
+    joints: FloatArray
+    landmarks: FloatArray
+    shape: FloatArray
+    tilt: float
+
+
+@dataclass(eq=False)
+class _Unknowns:
+    """Rotation vectors (T, 3) from `base` (T, 3, 3), angles (T, D) and places (T, 3) of the body."""
+
+    base: Tensor
+    root: Tensor
+    angles: Tensor
+    place: Tensor
+
+    def rotmats(self) -> Tensor:
+        turned: Tensor = rotvec_to_rotmat(self.root) @ self.base
+        return turned
+
+
+class _Evidence:
+    """A track as tensors, and the terms that compare a body with it."""
+
+    def __init__(self, track: Track, points: FloatArray):
+        import torch
+
+        def tensor(values: FloatArray) -> Tensor:
+            return torch.from_numpy(np.ascontiguousarray(values, np.float64))
+
+        self.pixels, self.weights, self.heights = tensor(track.pixels), tensor(track.weights), tensor(track.heights)
+        self.yaw, self.tilt, self.focal = tensor(track.yaw), tensor(track.tilt), track.focal
+        self.times = track.times
+        self.depths = tensor((points[:, _ENDS[:, 1], 2] - points[:, _ENDS[:, 0], 2]) / TYPICAL_HEIGHT)
+        self.depth_weights = tensor(track.confidence[:, _ENDS].min(axis=-1))
+
+    def heading(self, points: Tensor) -> Tensor:
+        """Points (T, n, 3) of the world in the heading of the camera of their frame."""
+        import torch
+
+        cosine, sine = self.yaw.cos()[:, None], self.yaw.sin()[:, None]
+        x, y, z = points.unbind(-1)
+        return torch.stack([cosine * x - sine * z, y, sine * x + cosine * z], dim=-1)
+
+    def seen(self, landmarks: Tensor, tilt: Tensor) -> Tensor:
+        """What landmarks (T, 33, 3) cost by where they are seen and by the depth of the bones, (T,)."""
+        import torch
+
+        x, y, z = self.heading(landmarks).unbind(-1)
+        down = (self.tilt + tilt)[:, None]
+        ahead = (-y * down.sin() - z * down.cos()).clamp_min(0.3)
+        up = y * down.cos() - z * down.sin()
+        square = (self.focal * torch.stack([x, -up], dim=-1) / ahead[..., None] - self.pixels).square().sum(-1) / self.heights[:, None] ** 2
+        cost: Tensor = robust_sum(square, weights=self.weights, scale=_ROBUST) / _KEYPOINT**2
+        along = z[:, _ENDS[:, 1]] - z[:, _ENDS[:, 0]]
+        along = along * (self.focal / ahead.detach().mean(dim=1, keepdim=True)) / self.heights[:, None]
+        gap = (along - self.depths).square()
+        return cost + _DEPTH_WEIGHT * robust_sum(gap, weights=self.depth_weights, scale=3 * _DEPTH) / _DEPTH**2
+
+
+class FilmFit:
+    """Fits a body to tracks of a film."""
+
+    def __init__(self, settings: FollowSettings):
+        """Loads the body model."""
+        self.settings = settings
+        self.model: AnnyModel = load_body_model()
+        self.space = pose_space(self.model)
+        self.prior = load_pose_prior()
+        import torch
+
+        self._limits = torch.from_numpy(self.space.limits.astype(np.float64))
+
+    @one_thread()
+    def fit(self, track: Track, points: FloatArray, *, stands: FloatArray | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
+        """The body in every frame.
+
+        Parameters
+        ----------
+        track : Track
+        points : (T, 33, 3)
+            Its 3D landmarks, whose depths do not flicker (`a2v.footage.modes.steady_depths`).
+        stands : (T, 4) float, optional
+            How surely ankles and toes, left and right, stand: they do not move then.
+        start : Moves, optional
+            Of an earlier fit: shape and tilt are kept.
+        progress : Progress, optional
+            Over frames.
+        """
+        import torch
+
+        bank = _starts(track, points, self.model)
+        shape, tilt = (start.shape, start.tilt) if start is not None else self._calibrated(track, points, bank)
+        figure = Figure(self.model, torch.from_numpy(shape))
+        slope = torch.tensor(tilt, dtype=torch.float64)
+        root, angles = bank
+        place = self._places(track, root, angles, figure, tilt)
+        window, done = self.settings.window, 0
+        joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
+        while done < track.frames:
+            first = max(0, done - FIXED)
+            end = min(track.frames, done + window)
+            end = track.frames if track.frames - end < AGAIN else end
+            part = slice(first, end)
+            held = None if stands is None else torch.from_numpy(stands[part])
+            unknowns = self._window(track.part(part), points[part], (root[part], angles[part], place[part]), figure, slope, done - first, held)
+            with torch.no_grad():
+                turns, heads = figure.pose(unknowns.rotmats(), unknowns.angles, unknowns.place)
+                joints[part], landmarks[part] = figure.joints(turns, heads).numpy(), figure.landmarks(turns, heads).numpy()
+                root[part], angles[part], place[part] = turns[:, 0].numpy(), unknowns.angles.numpy(), unknowns.place.numpy()
+            done = end if end == track.frames else end - AGAIN
+            if progress is not None:
+                progress(done, track.frames)
+        return Moves(joints=joints, landmarks=landmarks, shape=shape, tilt=tilt)
+
+    def _window(
+        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: Tensor | None
+    ) -> _Unknowns:
+        """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
+        import torch
+
+        evidence = _Evidence(track, points)
+        free = [torch.zeros((track.frames - kept, 3), dtype=torch.float64).requires_grad_()]
+        free += [torch.from_numpy(values[kept:].copy()).requires_grad_() for values in start[1:]]
+        base = torch.from_numpy(start[0].copy())
+        begun = [torch.zeros((kept, 3), dtype=torch.float64), *(torch.from_numpy(values[:kept].copy()) for values in start[1:])]
+
+        def unknowns() -> _Unknowns:
+            root, angles, place = (torch.cat([before, now]) for before, now in zip(begun, free, strict=True))
+            return _Unknowns(base, root, angles, place)
+
+        def loss() -> Tensor:
+            now = unknowns()
+            turns, heads = figure.pose(now.rotmats(), now.angles, now.place)
+            joints, marks = figure.joints(turns, heads), figure.landmarks(turns, heads)
+            return self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times, held)
+
+        minimize(loss, free, steps=self.settings.steps, history=12, tolerance=1e-6)
+        found = unknowns()
+        return _Unknowns(found.base, *(values.detach() for values in (found.root, found.angles, found.place)))
+
+    def _cost(self, now: _Unknowns, evidence: _Evidence, marks: Tensor, tilt: Tensor) -> Tensor:
+        cost = evidence.seen(marks, tilt).sum() + outside(now.angles, self._limits, tolerance=0.03).sum()
+        return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
+
+    def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray, held: Tensor | None) -> Tensor:
+        """What accelerations cost: squared while they are usual, and like their size beyond, so that hits and kicks stay."""
+        cost = _SMOOTH_WEIGHT * _pseudo_huber(_acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2).sum()
+        cost = cost + 0.1 * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
+        if held is not None:
+            import torch
+
+            steps = torch.from_numpy(np.diff(times))[:, None]
+            speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
+            both = torch.minimum(held[1:], held[:-1])
+            cost = cost + (both * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum()
+        return cost
+
+    # --- where it starts
+
+    def _calibrated(self, track: Track, points: FloatArray, bank: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, float]:
+        """The body's shape (S,) and the tilt of the camera, from a sample of frames."""
+        import torch
+
+        sure = np.flatnonzero(track.seen)
+        order = sure[np.argsort(-track.weights[sure].sum(axis=1), kind="stable")][: max(SAMPLED, len(sure) // 2)]
+        order = np.sort(order)
+        chosen: IntArray = order[np.unique(np.linspace(0, len(order) - 1, SAMPLED).round().astype(int))]
+        part, own = track.part(chosen), points[chosen]
+        evidence = _Evidence(part, own)
+        shape = torch.from_numpy(self.model.shape_default.astype(np.float64)).requires_grad_()
+        tilt = torch.tensor(_believed_tilt(part, self.settings.height), dtype=torch.float64).requires_grad_()
+        figure = Figure(self.model, shape.detach())
+        root, angles = bank[0][chosen], bank[1][chosen]
+        place = self._places(part, root, angles, figure, float(tilt.detach()))
+        base = torch.from_numpy(root)
+        free = [torch.zeros((len(chosen), 3), dtype=torch.float64).requires_grad_()]
+        free += [torch.from_numpy(values).requires_grad_() for values in (angles.copy(), place)]
+        bounds, mean = torch.from_numpy(self.model.shape_bounds.astype(np.float64)), torch.from_numpy(self.model.shape_default.astype(np.float64))
+        extent = self._extent()
+
+        def loss() -> Tensor:
+            now = _Unknowns(base, *free)
+            body = Figure(self.model, shape)
+            turns, heads = body.pose(now.rotmats(), now.angles, now.place)
+            marks = body.landmarks(turns, heads)
+            tall = self.model.rest(shape, extent)[0][:, 1]
+            build = ((shape - mean) / 0.25).square().sum() + ((tall[0] - tall[1] - self.settings.height) / 0.03).square()
+            ground = marks[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].min(dim=1).values.median()
+            camera = ((-ground - HELD[0]) / HELD[1]).square() + (tilt / 0.3).square()
+            return self._cost(now, evidence, marks, tilt) + 4 * build + outside(shape, bounds, tolerance=0.02) + 3 * camera
+
+        minimize(loss, [*free, shape, tilt], steps=100, history=20, tolerance=1e-6)
+        return shape.detach().numpy().copy(), float(tilt.detach())
+
+    def _extent(self) -> Tensor:
+        """Vertices of the crown and of the sole."""
+        import torch
+
+        rest = self.model.rest(torch.from_numpy(self.model.shape_default))[0]
+        return torch.stack([rest[:, 1].argmax(), rest[:, 1].argmin()])
+
+    def _places(self, track: Track, root: FloatArray, angles: FloatArray, figure: Figure, tilt: float) -> FloatArray:
+        """Where the body is (T, 3) so that its hips are seen where they should be, as far away as its size says."""
+        import torch
+
+        with torch.no_grad():
+            turns, heads = figure.pose(torch.from_numpy(root), torch.from_numpy(angles), torch.zeros(track.frames, 3, dtype=torch.float64))
+            marks = figure.landmarks(turns, heads).numpy()
+        hips = [LANDMARK_INDEX["left_hip"], LANDMARK_INDEX["right_hip"]]
+        trunk = [*hips, LANDMARK_INDEX["left_shoulder"], LANDMARK_INDEX["right_shoulder"]]
+        away = track.focal * self.settings.height / track.heights
+        middle = track.pixels[:, trunk].mean(axis=1) / track.focal
+        down = tilt + track.tilt
+        right, up, ahead = middle[:, 0] * away, -middle[:, 1] * away, away
+        y = up * np.cos(down) - ahead * np.sin(down)
+        z = -ahead * np.cos(down) - up * np.sin(down)
+        cosine, sine = np.cos(track.yaw), np.sin(track.yaw)
+        world = np.stack([cosine * right + sine * z, y, -sine * right + cosine * z], axis=-1)
+        world = _bridged(world, track)
+        placed: FloatArray = world - marks[:, trunk].mean(axis=1)
+        return placed
+
+
+def _believed_tilt(track: Track, height: float) -> float:
+    """How far the camera looks down, radians, if it is held at the usual height and the person stands on level ground."""
+    away = float(np.median(track.focal * height / track.heights))
+    heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(axis=1)
+    below = np.arctan2(HELD[0], away)
+    return float(np.clip(np.median(below - np.arctan2(heels, track.focal) - track.tilt), -0.5, 0.5))
+
+
+def _pseudo_huber(square: Tensor) -> Tensor:
+    """2 (√(1 + x²) - 1) of x²: like the square where it is small, and linear beyond."""
+    return 2 * ((1 + square).sqrt() - 1)
+
+
+def _acceleration(values: Tensor, times: FloatArray) -> Tensor:
+    """Second differences (T - 2, ...) of values (T, ...) at `times` (T,), which need not be even."""
+    import torch
+
+    steps = torch.from_numpy(np.diff(times)).reshape(-1, *[1] * (values.ndim - 1))
+    speed = (values[1:] - values[:-1]) / steps
+    found: Tensor = 2 * (speed[1:] - speed[:-1]) / (steps[1:] + steps[:-1])
+    return found
+
+
+def _bridged(values: FloatArray, track: Track) -> FloatArray:
+    """Values (T, n) with those of frames in which nobody is seen between the others'."""
+    at, seen = np.arange(track.frames), track.seen
+    flat = values.reshape(len(values), -1)
+    columns: list[FloatArray] = [np.interp(at, at[seen], flat[seen, column]) for column in range(flat.shape[1])]
+    filled: FloatArray = np.stack(columns, axis=1).reshape(values.shape)
+    return filled
+
+
+def _starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
+    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by frame, in the world."""
+    bank = load_pose_bank(model)
+    index = [LANDMARK_INDEX[name] for name in COMPARED]
+    own = points[:, index].astype(np.float64)
+    frames = _trunks(own)
+    own = own - own[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(axis=1, keepdims=True)
+    local = np.einsum("tab,tca->tcb", frames, own)
+    theirs = _trunks(bank.points.astype(np.float64))
+    known = np.einsum("nab,nca->ncb", theirs, bank.points)
+    weight = np.sqrt(track.weights[:, index] + 1e-3)[..., None]
+    flat = known.reshape(len(known), -1)
+    roots, angles = np.zeros((track.frames, 3, 3)), np.zeros((track.frames, bank.angles.shape[1]))
+    for frame in range(track.frames):
+        if not track.seen[frame]:
+            continue
+        square = np.broadcast_to(weight[frame] ** 2, local[frame].shape).ravel()
+        gap = flat**2 @ square - 2 * flat @ (square * local[frame].ravel())
+        nearest = int(gap.argmin())
+        cosine, sine = np.cos(track.yaw[frame]), np.sin(track.yaw[frame])
+        turned = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+        roots[frame] = turned @ frames[frame] @ theirs[nearest].T @ bank.roots[nearest]
+        angles[frame] = bank.angles[nearest]
+    last = int(np.flatnonzero(track.seen)[0])
+    for frame in range(track.frames):  # whoever is not seen stays as they were
+        if track.seen[frame]:
+            last = frame
+        roots[frame], angles[frame] = roots[last], angles[last]
+    return roots, angles
+
+
+def _trunks(points: FloatArray) -> FloatArray:
+    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`: columns left, up, ahead."""
+    at = {name: points[:, COMPARED.index(name)] for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")}
+    left = at["left_shoulder"] - at["right_shoulder"] + at["left_hip"] - at["right_hip"]
+    up = at["left_shoulder"] + at["right_shoulder"] - at["left_hip"] - at["right_hip"]
+    up = up / np.maximum(np.linalg.norm(up, axis=-1, keepdims=True), 1e-9)
+    left = left - (left * up).sum(-1, keepdims=True) * up
+    left = left / np.maximum(np.linalg.norm(left, axis=-1, keepdims=True), 1e-9)
+    return np.stack([left, up, np.cross(left, up)], axis=-1)
+

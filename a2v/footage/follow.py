@@ -1,0 +1,198 @@
+"""From a video to a motion: the person in it, followed, fitted and put on the ground."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from a2v.errors import InputError
+from a2v.footage.figure import NAMES, PARENTS, person_skeleton
+from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.modes import steady_depths
+from a2v.footage.reading import RATE, Reel, open_reel
+from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
+from a2v.footage.settings import LONGEST, FollowSettings
+from a2v.footage.track import Piece, Track, pieces_of, track_of
+from a2v.footage.tracking import Sighting, Tracker
+from a2v.io import sha256
+from a2v.kinematics.planting import PlantSettings, contacts, plant_feet
+from a2v.kinematics.resample import SHOWN_FPS
+from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
+from a2v.types import FloatArray, Motion, Progress
+
+LOOKING = 0.8
+"""Share of the work that is looking at the pictures."""
+_LEGS = tuple(tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot")) for side in ("left", "right"))
+_FLOOR = 0.1
+"""Share of a clip in which feet that stand may be below the ground."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Followed:
+    """What a video says.
+
+    Attributes
+    ----------
+    motion : Motion
+        Metres, y up, 30 frames a second; the person begins over the origin, and whoever faces the camera faces +z.
+    remarks : tuple of str
+        What was not seen, when, and what was left out.
+    facts : dict
+        ``seconds`` of the video, ``frames`` that were looked at, ``seen`` of them, ``height`` and ``tilt`` of the camera (metres, degrees).
+    """
+
+    motion: Motion
+    remarks: tuple[str, ...]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+def follow_person(
+    path: str | os.PathLike[str],
+    settings: FollowSettings | None = None,
+    *,
+    seconds: float | None = None,
+    action: str = "",
+    progress: Progress | None = None,
+) -> Followed:
+    """Follow the person in a video.
+
+    Parameters
+    ----------
+    path : path
+        Of a video with one person, mostly seen whole; its sound means nothing.
+    settings : FollowSettings, optional
+    seconds : float, optional
+        How much of the video, from ``settings.start`` on; by default all of it, at most ten minutes.
+    action : str
+        Name of the motion; the file's stem without it.
+    progress : Progress, optional
+        Over the frames of the video (twice in turn: looking and fitting count together).
+
+    Raises
+    ------
+    InputError
+        It is no video that can be read, or nobody is in it.
+    """
+    settings = settings or FollowSettings()
+    limit = min(LONGEST, seconds if seconds is not None else np.inf)
+    with open_reel(path) as reel, Tracker(settings) as tracker:
+        if reel.seconds and settings.start >= reel.seconds:
+            raise InputError(f"start is {settings.start:g}; {reel.source} has {reel.seconds:.1f} seconds")
+        expected = max(1, round(min(limit, max(reel.seconds - settings.start, 0) or limit) * min(reel.rate or RATE, RATE)))
+        sightings: list[Sighting] = []
+        for sighting in tracker.follow(reel.frames(side=settings.side, start=settings.start, seconds=limit)):
+            sightings.append(sighting)
+            if progress is not None:
+                progress(min(len(sightings), expected), round(expected / LOOKING))
+    piece = _longest(sightings, reel, settings, tracker)
+    own = sightings[piece.first : piece.end]
+    assert tracker.shape is not None
+    track = track_of(own, tracker.shape[::-1], settings)
+
+    def fitted(done: int, total: int) -> None:
+        if progress is not None:
+            progress(expected + round(done / total * expected * (1 / LOOKING - 1)), round(expected / LOOKING))
+
+    moves = _fitted(track, settings, fitted)
+    motion = _motion(moves, track, action=action or Path(path).stem)
+    remarks = [
+        *told_reel(reel, sightings[-1].time, people=tracker.people, asked=np.inf if seconds is None else seconds),
+        *told_pieces(pieces_of(sightings), piece, sightings, settings.start),
+        *unseen_parts(track, settings.start),
+    ]
+    facts = {
+        "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
+        "seen": sum(one.keypoints is not None for one in sightings), "from": settings.start + own[0].time,
+        "height": round(_camera_height(moves), 2), "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
+    }  # fmt: skip
+    return Followed(motion=replace(motion, provenance=dict(facts)), remarks=tuple(remarks), facts=facts)
+
+
+def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker) -> Piece:
+    """The piece with most frames in which the person is seen."""
+    if not sightings:
+        raise InputError(f"{reel.source} has no frames from {settings.start:g} s on")
+    pieces = pieces_of(sightings)
+    if not pieces:
+        seen = sum(one.keypoints is not None for one in sightings)
+        if settings.person > 1 and tracker.people < settings.person:
+            raise InputError(f"follow.person is {settings.person}, but at most {tracker.people} can be told apart in {reel.source}; give a smaller number")
+        if seen:
+            raise InputError(f"{reel.source} shows a person in {seen} frames alone; use a video in which one person is seen for a second or longer")
+        raise InputError(f"no person found in {reel.source}; use a video that shows one person whole")
+    return max(pieces, key=lambda piece: piece.seen)
+
+
+def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves:
+    """The body in every frame; fitted once, and again with the feet that stand."""
+    points = steady_depths(track.points, track.pixels, track.heights, track.times, track.weights)
+    fit = FilmFit(settings)
+    first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
+    stands = standing(first.joints, track.times)
+    return fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
+
+
+def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
+    """Values (T, ...) at `times` (T,), seconds, at `fps` from the first to the last."""
+    count = int(np.floor((times[-1] - times[0]) * fps + 1e-6)) + 1
+    at = times[0] + np.arange(count) / fps
+    if len(times) < 3:
+        return np.asarray(values[np.minimum(np.arange(count), len(values) - 1)])
+    return np.asarray(CubicSpline(times, values, axis=0)(at))
+
+
+def standing(joints: FloatArray, times: FloatArray) -> FloatArray:
+    """How surely ankles and toes, left and right, stand in joints (T, J, 3) at `times` (T,): (T, 4)."""
+    even = evenly(joints, times, SHOWN_FPS)
+    if len(even) < 4:
+        return np.zeros((len(joints), 4))
+    feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
+    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, PlantSettings())
+    at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
+    columns = []
+    for leg in (0, 1):
+        own, toe = stands[leg, 0, at], by_toe[leg, 0, at]
+        columns += [own * np.where(toe, 0.2, 1.0), own * np.where(toe, 1.0, 0.6)]
+    return np.stack(columns, axis=1)
+
+
+def _motion(moves: Moves, track: Track, *, action: str) -> Motion:
+    """The joints at 30 frames a second, on the ground, with feet that stand."""
+    skeleton = person_skeleton()
+    lengths = np.median(bone_lengths(moves.joints, skeleton), axis=0)
+    joints = on_lengths(evenly(moves.joints, track.times, SHOWN_FPS), skeleton, lengths)
+    joints[..., 1] -= _ground(joints)
+    joints -= joints[0, 0] * np.array([1.0, 0.0, 1.0])
+    planted = plant_feet(joints, skeleton, SHOWN_FPS).astype(np.float64)
+    planted[..., 1] -= np.quantile(planted[:, [leg[1] for leg in _LEGS], 1].min(axis=1), 0.02) - TOE
+    return Motion(
+        joints=planted.astype(np.float32),
+        rotations=inverse_kinematics(planted, skeleton).astype(np.float32),
+        root=planted[:, 0].astype(np.float32),
+        fps=SHOWN_FPS,
+        parents=np.asarray(PARENTS),
+        joint_names=NAMES,
+        action=action,
+    )
+
+
+TOE = 0.02
+"""Height of the toes' joint of a foot that stands, metres."""
+
+
+def _ground(joints: FloatArray) -> float:
+    """Height of the ground under joints (T, J, 3)."""
+    lowest = joints[:, [leg[1] for leg in _LEGS], 1].min(axis=1)
+    return float(np.quantile(lowest, _FLOOR)) - TOE
+
+
+def _camera_height(moves: Moves) -> float:
+    return -_ground(moves.joints)
+
+

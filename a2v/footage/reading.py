@@ -1,0 +1,231 @@
+"""Frames of a video from outside, one after the other: upright, small, with their true times. Nothing is kept of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.io import open_file, shorten
+from a2v.types import ByteArray
+
+SUFFIXES: tuple[str, ...] = (".mp4", ".mov", ".m4v", ".webm", ".mkv", ".avi", ".mpg", ".mpeg", ".3gp", ".mts", ".ts", ".wmv", ".flv")
+"""Names of videos end in these."""
+FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpeg,mpegts,asf,flv,mpegvideo"
+"""Containers that are opened; playlists, which name other files, are none of them."""
+MOST_PIXELS = 8192 * 4608
+"""Pixels of the largest pictures that are decoded: 8K."""
+LEAST_SIDE = 64
+"""Pixels of the shorter side of the smallest ones."""
+RATE = 30.0
+"""Frames a second that are looked at; of videos with more, some are skipped."""
+MOST_DAMAGED = 200
+"""Packets in a row that cannot be decoded, after which the rest is given up."""
+LONGEST_GAP = 3600.0
+"""Seconds from one frame to the next that are believed."""
+_NOT = "expected a video such as .mp4, .mov or .webm"
+
+
+def is_video(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a video by its name."""
+    return Path(path).suffix.lower() in SUFFIXES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """A frame.
+
+    Attributes
+    ----------
+    time : float
+        Seconds from the first frame of the video.
+    image : (H, W, 3) uint8
+        Upright, sRGB.
+    """
+
+    time: float
+    image: ByteArray
+
+
+@dataclass(kw_only=True)
+class Reel:
+    """An opened video.
+
+    Attributes
+    ----------
+    source : what messages call it
+    width, height : int
+        Pixels as the file has them, upright.
+    rate : float
+        Frames a second by the file; 0 where it does not say.
+    seconds : float
+        Length by the file; 0 where it does not say.
+    turned : int
+        Degrees by which the pictures are turned, counter-clockwise.
+    damaged : list of float
+        Times, seconds, at which packets could not be decoded.
+    """
+
+    source: str
+    width: int
+    height: int
+    rate: float
+    seconds: float
+    turned: int
+    damaged: list[float]
+    _container: Any
+    _stream: Any
+    _first: Any
+
+    def frames(self, *, side: int, start: float = 0.0, seconds: float = np.inf) -> Iterator[Shown]:
+        """Frames between `start` and `start` + `seconds`, at most `RATE` a second; the longer side has at most `side` pixels."""
+        origin: float | None = None
+        due, last, count = -np.inf, -np.inf, 0
+        for frame in self._decoded():
+            time = self._time(frame, count)
+            count += 1
+            origin = time if origin is None else origin
+            time -= origin
+            if not np.isfinite(time) or not last < time < max(last, 0.0) + LONGEST_GAP:
+                continue
+            last = time
+            if time >= start + seconds:
+                return
+            if time < start or time < due - 0.25 / RATE:
+                continue
+            due = max(due + 1 / RATE, time + 0.5 / RATE)
+            yield Shown(time=time - start, image=self._image(frame, side))
+
+    def _time(self, frame: Any, count: int) -> float:
+        if frame.pts is not None and frame.time_base:
+            return float(frame.pts * frame.time_base)
+        return count / (self.rate or RATE)
+
+    def _decoded(self) -> Iterator[Any]:
+        """Frames as they come; what is damaged is skipped and noted."""
+        import av
+
+        yield self._first
+        self._first = None
+        bad, last = 0, 0.0
+        packets = self._container.demux(self._stream)
+        while True:
+            try:
+                packet = next(packets)
+                frames = packet.decode()
+            except StopIteration:
+                return
+            except av.EOFError:
+                return
+            except (av.FFmpegError, ValueError):
+                bad += 1
+                self.damaged.append(last)
+                if bad > MOST_DAMAGED:
+                    return
+                continue
+            for frame in frames:
+                bad = 0
+                if frame.pts is not None and frame.time_base:
+                    last = float(frame.pts * frame.time_base)
+                if frame.width * frame.height > MOST_PIXELS:
+                    raise InputError(f"{self.source} has a frame of {frame.width} x {frame.height} pixels; expected at most 8K")
+                yield frame
+
+    def _image(self, frame: Any, side: int) -> ByteArray:
+        import cv2
+
+        shrink = min(1.0, side / max(frame.width, frame.height))
+        size = max(1, round(frame.width * shrink)), max(1, round(frame.height * shrink))
+        small = frame.reformat(width=size[0], height=size[1], format="rgb24", interpolation="AREA")
+        image: ByteArray = small.to_ndarray()
+        turns = {90: cv2.ROTATE_90_COUNTERCLOCKWISE, 180: cv2.ROTATE_180, 270: cv2.ROTATE_90_CLOCKWISE}
+        return np.ascontiguousarray(cv2.rotate(image, turns[self.turned]) if self.turned else image)
+
+
+@contextmanager
+def open_reel(path: str | os.PathLike[str]) -> Iterator[Reel]:
+    """Open a video; nothing but the file itself is read, whatever it names.
+
+    Raises
+    ------
+    InputError
+        It is missing, no video, has no frames, or its pictures are too large or too small.
+    """
+    import av
+
+    source = os.fspath(path)
+    with open_file(path) as stream:
+        try:
+            container = av.open(stream, options={"format_whitelist": FORMATS, "protocol_whitelist": "none"})
+        except (av.FFmpegError, ValueError, OSError) as error:
+            raise InputError(f"{source} is no video that can be read ({shorten(error, 80)}); {_NOT}") from None
+        with container:
+            yield _reel(source, container)
+
+
+def _reel(source: str, container: Any) -> Reel:
+    """What the container says, checked, and its first frame."""
+    if not container.streams.video:
+        raise InputError(f"{source} has no pictures, only sound; {_NOT}")
+    stream = container.streams.video[0]
+    context = stream.codec_context
+    if context is None:
+        raise InputError(f"{source} is in an encoding that cannot be read here; convert it to H.264")
+    _check_size(source, context.width, context.height)
+    context.thread_count = 2
+    reel = Reel(
+        source=source,
+        width=context.width,
+        height=context.height,
+        rate=float(stream.average_rate or 0),
+        seconds=_seconds(container, stream),
+        turned=0,
+        damaged=[],
+        _container=container,
+        _stream=stream,
+        _first=None,
+    )
+    first = _first_frame(container, stream)
+    if first is None:
+        raise InputError(f"{source} has no frames that can be decoded; {_NOT}")
+    _check_size(source, first.width, first.height)
+    reel._first = first
+    reel.turned = int(first.rotation) % 360 if int(first.rotation) % 90 == 0 else 0
+    if reel.turned in (90, 270):
+        reel.width, reel.height = reel.height, reel.width
+    return reel
+
+
+def _check_size(source: str, width: int, height: int) -> None:
+    if width * height > MOST_PIXELS:
+        raise InputError(f"{source} has {width} x {height} pixels; expected at most 8K ({MOST_PIXELS // 1_000_000} million)")
+    if width and height and min(width, height) < LEAST_SIDE:
+        raise InputError(f"{source} has {width} x {height} pixels; expected at least {LEAST_SIDE} each way")
+
+
+def _seconds(container: Any, stream: Any) -> float:
+    if stream.duration is not None and stream.time_base:
+        return max(0.0, float(stream.duration * stream.time_base))
+    return max(0.0, (container.duration or 0) / 1e6)
+
+
+def _first_frame(container: Any, stream: Any) -> Any:
+    import av
+
+    bad = 0
+    packets = container.demux(stream)
+    while bad <= MOST_DAMAGED:
+        try:
+            for frame in next(packets).decode():
+                return frame
+        except (StopIteration, av.EOFError):
+            return None
+        except (av.FFmpegError, ValueError):
+            bad += 1
+    return None

@@ -1,0 +1,80 @@
+"""Actions that are named after the path that they walk.
+
+The model learned them from windows of a few seconds. It walks curves, but it does not know where the figure as a whole closes. Such an action is therefore
+sampled along its path, as if the user had given that path.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from a2v.motion.ways import GroundPath, way_along
+
+FIGURE_EIGHT = "Walk a figure eight"
+NATURAL_SECONDS = {FIGURE_EIGHT: 10.0}
+"""Seconds that each of these actions takes where no length is given: a figure with circles of about 1.5 m."""
+
+LEAST_RADIUS = 0.55
+"""Metres. A tighter circle makes people step sideways."""
+GREATEST_RADIUS = 4.0
+"""Metres. A longer motion repeats the figure instead."""
+_POINTS = 96
+_HALVINGS = 12
+
+
+def figure_eight(radius: float, *, rounds: int = 1) -> GroundPath:
+    """Two circles that touch, walked in opposite directions, from the point where they meet.
+
+    Parameters
+    ----------
+    radius : float
+        Of each circle, metres.
+    rounds : int
+        Number of times that the whole figure is walked.
+
+    Returns
+    -------
+    GroundPath
+        It begins at the origin and leads ahead (+z); the first circle lies on the left (+x).
+    """
+    angle = np.linspace(0.0, 2 * np.pi, _POINTS + 1)[1:]
+    left = np.stack([1 - np.cos(angle), np.sin(angle)], axis=-1)
+    figure = np.concatenate([left, left * [-1, 1]])
+    return GroundPath(radius * np.concatenate([np.zeros((1, 2)), np.tile(figure, (rounds, 1))]))
+
+
+def natural_path(action: str, *, seconds: float, pace: float, fps: float) -> GroundPath | None:
+    """The path of an action that is named after one, so long that it is walked in `seconds`.
+
+    Parameters
+    ----------
+    action : str
+    seconds : float
+        Length of the motion. The path takes this long or, at `LEAST_RADIUS`, longer.
+    pace : float
+        Metres a second on a straight line (`way_along` slows down in curves).
+    fps : float
+        Frames a second of the way.
+
+    Returns
+    -------
+    GroundPath or None
+        None for every other action.
+    """
+    if action != FIGURE_EIGHT:
+        return None
+
+    def took(radius: float, rounds: int) -> float:
+        return len(way_along(figure_eight(radius, rounds=rounds), pace=pace, fps=fps).points) / fps
+
+    seconds += 2 / fps  # whole frames at another rate: never shorter than what is asked for
+    rounds = 1
+    while rounds < 8 and took(GREATEST_RADIUS, rounds) < seconds:
+        rounds += 1
+    low, high = LEAST_RADIUS, GREATEST_RADIUS
+    if took(low, rounds) >= seconds:
+        return figure_eight(low, rounds=rounds)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if took(middle, rounds) >= seconds else (middle, high)
+    return figure_eight(high, rounds=rounds)

@@ -12,8 +12,9 @@ from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface
 from a2v.reconstruction.backs.matching import Unrolled, match_surface
+from a2v.reconstruction.backs.pieces import neighbor_mean
 from a2v.reconstruction.backs.rings import around
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 

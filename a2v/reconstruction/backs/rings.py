@@ -29,9 +29,13 @@ _OTHER = 0.3
 _WIDTH = 0.008
 """Metres over which a border's place is uncertain."""
 _TILT = 0.03
-"""Metres by which borders usually rise from one side to the other; ..."""
+"""Metres by which borders usually rise from the middle to one side of what is seen; ..."""
+_UNSEEN_TILT = 0.004
+"""... from what is seen to what is hidden, which nothing tells; ..."""
 _MOST_TILT = 0.06
 """... and by which they do at most."""
+_HALF = 0.4
+"""The mean of the directions, as unit vectors, in which a border is seen is longer than this where it is seen from one side alone."""
 _ROUNDS = 25
 """Steps of Newton's method."""
 
@@ -170,10 +174,21 @@ def _cut(height: FloatArray, inner: BoolArray, weight: FloatArray) -> float:
     return float(height[order[below.argmin()]])
 
 
+def _stiffness(angle: FloatArray) -> FloatArray:
+    """What tilts (3, 3) cost, by the square of metres: a pocket in the front does not lift the seat."""
+    middle = angle.mean(axis=0)
+    long = float(np.linalg.norm(middle))
+    result = np.zeros((3, 3))
+    result[1:, 1:] = np.eye(2) / _TILT**2
+    if long > _HALF:
+        result[1:, 1:] += np.outer(middle, middle) / long**2 * (1 / _UNSEEN_TILT**2 - 1 / _TILT**2)
+    return result
+
+
 def _newton(height: FloatArray, angle: FloatArray, inner: BoolArray, weight: FloatArray, middle: float) -> FloatArray:
     """Height and tilt (3,) of the border by logistic regression at a fixed width (`_WIDTH`); tilts are small unless much speaks for them."""
     design = np.concatenate([np.ones((len(height), 1)), angle], axis=1)
-    ridge = np.diag([0.0, *(2 * [0.02 * len(height) * (_WIDTH / _TILT) ** 2])])
+    ridge = 0.02 * len(height) * _WIDTH**2 * _stiffness(angle)
     curve = np.array([middle, 0.0, 0.0])
     for _ in range(_ROUNDS):
         share = 1 / (1 + np.exp(-np.clip((height - design @ curve) / _WIDTH, -30, 30)))

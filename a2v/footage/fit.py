@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from a2v.body.anny import AnnyModel
 from a2v.body.fit import one_thread
@@ -46,6 +47,19 @@ _TURNS = 120.0
 """Usual acceleration of an angle, radians per square second."""
 _SLIDE = 0.04
 """Metres a second at which a foot that stands may slide."""
+_SLIDE_WEIGHT = 1.0
+_GROUND_WEIGHT = 1.0
+_LEVEL = 0.02
+"""Expected error of the height of a sole that stands, metres."""
+SOLE = 0.02
+"""Height of the landmarks of heel and toes over the sole, metres."""
+_ANGLE_WEIGHT = 0.1
+_STIFF = 20.0
+"""How much more accelerations count than places, as `_smoother` takes it."""
+_SCALES = (0.3, 0.3, 0.1)
+"""Usual sizes of changes of orientation and angles, radians, and of places, metres."""
+_EVEN = 2.0
+"""Frames over which what the fit starts from is smooth."""
 _SEGMENTS = [
     *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
         ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
@@ -53,6 +67,7 @@ _SEGMENTS = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
 ]  # fmt: skip
 _ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
+SOLES = np.array([[LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")] for side in ("left", "right")])
 _FEET = [NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")]
 
 
@@ -144,7 +159,7 @@ class FilmFit:
         self._limits = torch.from_numpy(self.space.limits.astype(np.float64))
 
     @one_thread()
-    def fit(self, track: Track, points: FloatArray, *, stands: FloatArray | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
+    def fit(self, track: Track, points: FloatArray, *, stands: Stands | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
         """The body in every frame.
 
         Parameters
@@ -152,8 +167,8 @@ class FilmFit:
         track : Track
         points : (T, 33, 3)
             Its 3D landmarks, whose depths do not flicker (`a2v.footage.modes.steady_depths`).
-        stands : (T, 4) float, optional
-            How surely ankles and toes, left and right, stand: they do not move then.
+        stands : Stands, optional
+            Feet that stand neither move nor leave the ground.
         start : Moves, optional
             Of an earlier fit: shape and tilt are kept.
         progress : Progress, optional
@@ -165,8 +180,8 @@ class FilmFit:
         shape, tilt = (start.shape, start.tilt) if start is not None else self._calibrated(track, points, bank)
         figure = Figure(self.model, torch.from_numpy(shape))
         slope = torch.tensor(tilt, dtype=torch.float64)
-        root, angles = bank
-        place = self._places(track, root, angles, figure, tilt)
+        root, angles = _smooth_turns(bank[0], _EVEN), gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest")
+        place = gaussian_filter1d(self._places(track, root, angles, figure, tilt), _EVEN, axis=0, mode="nearest")
         window, done = self.settings.window, 0
         joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
         while done < track.frames:
@@ -174,7 +189,7 @@ class FilmFit:
             end = min(track.frames, done + window)
             end = track.frames if track.frames - end < AGAIN else end
             part = slice(first, end)
-            held = None if stands is None else torch.from_numpy(stands[part])
+            held = None if stands is None else (torch.from_numpy(stands.held[part]), stands.ground)
             unknowns = self._window(track.part(part), points[part], (root[part], angles[part], place[part]), figure, slope, done - first, held)
             with torch.no_grad():
                 turns, heads = figure.pose(unknowns.rotmats(), unknowns.angles, unknowns.place)
@@ -186,26 +201,30 @@ class FilmFit:
         return Moves(joints=joints, landmarks=landmarks, shape=shape, tilt=tilt)
 
     def _window(
-        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: Tensor | None
+        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: tuple[Tensor, float] | None
     ) -> _Unknowns:
         """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
         import torch
 
         evidence = _Evidence(track, points)
-        free = [torch.zeros((track.frames - kept, 3), dtype=torch.float64).requires_grad_()]
-        free += [torch.from_numpy(values[kept:].copy()).requires_grad_() for values in start[1:]]
+        count = track.frames - kept
+        easy = torch.from_numpy(_smoother(count))
         base = torch.from_numpy(start[0].copy())
-        begun = [torch.zeros((kept, 3), dtype=torch.float64), *(torch.from_numpy(values[:kept].copy()) for values in start[1:])]
+        begun = [torch.zeros((track.frames, 3), dtype=torch.float64), *(torch.from_numpy(values.copy()) for values in start[1:])]
+        free = [torch.zeros_like(values[kept:]).requires_grad_() for values in begun]
 
         def unknowns() -> _Unknowns:
-            root, angles, place = (torch.cat([before, now]) for before, now in zip(begun, free, strict=True))
-            return _Unknowns(base, root, angles, place)
+            changed = [
+                torch.cat([before[:kept], before[kept:] + scale * (easy @ now)]) for before, now, scale in zip(begun, free, _SCALES, strict=True)
+            ]
+            return _Unknowns(base, *changed)
 
         def loss() -> Tensor:
             now = unknowns()
             turns, heads = figure.pose(now.rotmats(), now.angles, now.place)
             joints, marks = figure.joints(turns, heads), figure.landmarks(turns, heads)
-            return self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times, held)
+            cost = self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times)
+            return cost if held is None else cost + _footing(joints, marks, track.times, held)
 
         minimize(loss, free, steps=self.settings.steps, history=12, tolerance=1e-6)
         found = unknowns()
@@ -215,18 +234,10 @@ class FilmFit:
         cost = evidence.seen(marks, tilt).sum() + outside(now.angles, self._limits, tolerance=0.03).sum()
         return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
 
-    def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray, held: Tensor | None) -> Tensor:
+    def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray) -> Tensor:
         """What accelerations cost: squared while they are usual, and like their size beyond, so that hits and kicks stay."""
         cost = _SMOOTH_WEIGHT * _pseudo_huber(_acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2).sum()
-        cost = cost + 0.1 * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
-        if held is not None:
-            import torch
-
-            steps = torch.from_numpy(np.diff(times))[:, None]
-            speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
-            both = torch.minimum(held[1:], held[:-1])
-            cost = cost + (both * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum()
-        return cost
+        return cost + _ANGLE_WEIGHT * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
 
     # --- where it starts
 
@@ -294,12 +305,64 @@ class FilmFit:
         return placed
 
 
+@dataclass(frozen=True)
+class Stands:
+    """When feet stand, and on what.
+
+    Attributes
+    ----------
+    held : (T, 4)
+        How surely ankles and toes, left and right, stand.
+    ground : float
+        Height of the ground, metres.
+    """
+
+    held: FloatArray
+    ground: float
+
+
+def _footing(joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]) -> Tensor:
+    """What feet cost that slide while they stand, that stand over the ground, or that are under it."""
+    import torch
+
+    held, ground = stands
+    steps = torch.from_numpy(np.diff(times))[:, None]
+    speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
+    cost = (torch.minimum(held[1:], held[:-1]) * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum() * _SLIDE_WEIGHT
+    over = marks[:, SOLES, 1] - ground - SOLE  # (T, 2, 2)
+    stood = held.reshape(-1, 2, 2).amax(dim=-1)
+    cost = cost + _GROUND_WEIGHT * (stood * geman_mcclure((over.amin(dim=-1) / _LEVEL).square(), 5.0)).sum()
+    return cost + _GROUND_WEIGHT * (over.clamp(max=0) / _LEVEL).square().sum()
+
+
 def _believed_tilt(track: Track, height: float) -> float:
     """How far the camera looks down, radians, if it is held at the usual height and the person stands on level ground."""
     away = float(np.median(track.focal * height / track.heights))
     heels = track.pixels[:, [LANDMARK_INDEX[f"{side}_heel"] for side in ("left", "right")], 1].max(axis=1)
     below = np.arctan2(HELD[0], away)
     return float(np.clip(np.median(below - np.arctan2(heels, track.focal) - track.tilt), -0.5, 0.5))
+
+
+def _smoother(count: int) -> FloatArray:
+    """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with, smooth changes are as easy as jagged ones are hard.
+
+    L-BFGS needs hundreds of steps where neighbours in time hold each other, and tens where its unknowns are changed by this (a preconditioner).
+    """
+    if count < 3:
+        return np.eye(count)
+    second = np.diff(np.eye(count), n=2, axis=0)
+    values, vectors = np.linalg.eigh(np.eye(count) + _STIFF * second.T @ second)
+    found: FloatArray = (vectors / np.sqrt(values)) @ vectors.T
+    return found
+
+
+def _smooth_turns(rotmats: FloatArray, frames: float) -> FloatArray:
+    """Rotations (T, 3, 3), smooth over so many frames (standard deviation)."""
+    u, _, vt = np.linalg.svd(gaussian_filter1d(rotmats, frames, axis=0, mode="nearest"))
+    sign = np.ones((len(u), 3))
+    sign[:, 2] = np.linalg.det(u @ vt)
+    turned: FloatArray = (u * sign[:, None]) @ vt
+    return turned
 
 
 def _pseudo_huber(square: Tensor) -> Tensor:

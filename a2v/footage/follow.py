@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from a2v.errors import InputError
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
-from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.fit import SOLE, SOLES, FilmFit, Moves, Stands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
@@ -134,7 +134,7 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     points = steady_depths(track.points, track.pixels, track.heights, track.times, track.weights)
     fit = FilmFit(settings)
     first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
-    stands = standing(first.joints, track.times)
+    stands = standing(first, track.times)
     return fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
 
 
@@ -147,11 +147,11 @@ def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
     return np.asarray(CubicSpline(times, values, axis=0)(at))
 
 
-def standing(joints: FloatArray, times: FloatArray) -> FloatArray:
-    """How surely ankles and toes, left and right, stand in joints (T, J, 3) at `times` (T,): (T, 4)."""
-    even = evenly(joints, times, SHOWN_FPS)
+def standing(moves: Moves, times: FloatArray) -> Stands | None:
+    """When feet stand, of a body at `times` (T,), and on what; None where they never do."""
+    even = evenly(moves.joints, times, SHOWN_FPS)
     if len(even) < 4:
-        return np.zeros((len(joints), 4))
+        return None
     feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
     stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, PlantSettings())
     at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
@@ -159,7 +159,10 @@ def standing(joints: FloatArray, times: FloatArray) -> FloatArray:
     for leg in (0, 1):
         own, toe = stands[leg, 0, at], by_toe[leg, 0, at]
         columns += [own * np.where(toe, 0.2, 1.0), own * np.where(toe, 1.0, 0.6)]
-    return np.stack(columns, axis=1)
+    held = np.stack(columns, axis=1)
+    soles = np.minimum(*(moves.landmarks[:, SOLES[:, part], 1] for part in (0, 1)))  # (T, 2)
+    stood = soles[held.reshape(-1, 2, 2).max(axis=-1) > 0.5]
+    return Stands(held, float(np.median(stood)) - SOLE) if len(stood) else None
 
 
 def _motion(moves: Moves, track: Track, *, action: str) -> Motion:

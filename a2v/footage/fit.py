@@ -47,8 +47,8 @@ _TURNS = 120.0
 """Usual acceleration of an angle, radians per square second."""
 _SLIDE = 0.04
 """Metres a second at which a foot that stands may slide."""
-_SLIDE_WEIGHT = 1.0
-_GROUND_WEIGHT = 1.0
+_SLIDE_WEIGHT = 0.3
+_GROUND_WEIGHT = 0.3
 _LEVEL = 0.02
 """Expected error of the height of a sole that stands, metres."""
 SOLE = 0.02

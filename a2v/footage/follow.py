@@ -26,6 +26,8 @@ from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
+SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
+"""When a foot surely stands, by joints whose depth is guessed."""
 LOOKING = 0.8
 """Share of the work that is looking at the pictures."""
 _LEGS = tuple(tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot")) for side in ("left", "right"))
@@ -153,7 +155,7 @@ def standing(moves: Moves, times: FloatArray) -> Stands | None:
     if len(even) < 4:
         return None
     feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
-    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, PlantSettings())
+    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, SURE)
     at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
     columns = []
     for leg in (0, 1):

@@ -49,6 +49,11 @@ def _gru_step(gates: Tensor, state: Tensor, weight: Tensor, bias: Tensor) -> Ten
     return candidate + torch.sigmoid(updates + by_update) * (state - candidate)
 
 
+def _keeps_turns(model: MotionVAE) -> bool:
+    """Whether the decoded rotation vectors are those of a motion: not without any, nor where chains start from W_0 instead of the identity."""
+    return model.settings.decoder != "plain" and not model.settings.root_rotation
+
+
 class StepGraph(nn.Module):
     """One frame: what the Scan repeats. States are (B, H) each; see `MotionVAE.step` for the meaning.
 
@@ -72,31 +77,37 @@ class StepGraph(nn.Module):
         time: Tensor,
         lengths: Tensor,
     ) -> tuple[Tensor, ...]:
-        """New (previous, prior, low, high, trajectory), native units, and but for the plain decoder the rotation vectors (B, 3 n)
+        """New (previous, prior, low, high, trajectory), native units, and where `_keeps_turns` the rotation vectors (B, 3 n)
         of the n bones, in the plan's order and in half turns, from -1 to 1; `lengths` are (n, B)."""
         model, decoder = self.model, self.model.pose_decoder
         n, gru = model.skeleton.n_joints, model.generator.gru
         poses = previous.flatten(1)
         context = torch.cat([poses, action, time], -1)
-        gates = nn.functional.linear(context, *prior_entry(model.prior))
+        gates = nn.functional.linear(context, *prior_entry(model.prior, decoder))
         prior = _gru_step(gates, prior, *gru_state(model.prior.gru, 0))
         mean, logvar = nn.functional.linear(prior, *prior_exit(model.prior)).chunk(2, 1)
         latent = mean + torch.exp(0.5 * logvar) * noise
-        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model.generator))
+        gates = nn.functional.linear(torch.cat([context, latent], -1), *generator_entry(model.generator, decoder))
         low = _gru_step(gates, low, *gru_state(gru, 0))
         high = _gru_step(nn.functional.linear(low, *gru_inputs(gru, 1)), high, *gru_state(gru, 1))
         outputs = nn.functional.linear(high, *generator_exit(model.generator, decoder))
         if decoder.lie_output is None:
-            return outputs.reshape(-1, n, 3), prior, low, high, trajectory
-        half_turns, rest = torch.tanh(outputs[:, : 3 * n - 3]), outputs[:, 3 * n - 3 :]
-        frames = chain_frames(Exponentials.of((torch.pi * half_turns).T.reshape(n - 1, 3, -1)), decoder.plan)
-        local = joint_positions(bone_ends(frames, lengths, decoder.plan), decoder.plan).flatten(0, 1).T
-        root = rest
+            made = outputs.reshape(-1, n, 3)
+            return made + previous[:, :1] if model.settings.relative else made, prior, low, high, trajectory
+        half_turns, rest = torch.tanh(outputs[:, : decoder.turns]), outputs[:, decoder.turns :]
+        rotvecs = (torch.pi * half_turns).T.reshape(decoder.turns // 3, 3, -1)
+        frames = chain_frames(Exponentials.of(rotvecs[: n - 1]), decoder.plan)
+        placed = joint_positions(bone_ends(frames, lengths, decoder.plan), decoder.plan)
+        if model.settings.root_rotation:
+            placed = (Exponentials.of(rotvecs[n - 1 :]).rotmats() * placed[:, None]).sum(2)
+        local = placed.flatten(0, 1).T
+        step = rest
         if decoder.velocity_net is not None:
-            trajectory, velocity = self._velocity(local, poses, rest, trajectory)
-            root = previous[:, 0] + velocity
+            trajectory, step = self._velocity(local, poses, rest, trajectory)
+        root = previous[:, 0] + step if decoder.from_last_root else step
         joints = local.reshape(-1, n, 3) + root[:, None]
-        return joints, prior, low, high, trajectory, half_turns
+        states = joints, prior, low, high, trajectory
+        return (*states, half_turns) if _keeps_turns(model) else states
 
     def _velocity(self, local: Tensor, poses: Tensor, told: Tensor, trajectory: Tensor) -> tuple[Tensor, Tensor]:
         """GLMI-R's state and the root's velocity (B, 3), of local joints, the poses before (B, 3 J) and h^o."""
@@ -113,11 +124,11 @@ class StepGraph(nn.Module):
 
 
 class RotationsGraph(nn.Module):
-    """Rotation vectors (B, T, J, 3) of all frames: of the plain decoder's joints (B, T, J, 3), else of what `StepGraph` gives."""
+    """Rotation vectors (B, T, J, 3) of all frames: of what `StepGraph` gives, or of the joints (B, T, J, 3) where it gives none."""
 
     def __init__(self, model: MotionVAE) -> None:
         super().__init__()
-        self.skeleton, self.plain = model.skeleton, model.settings.decoder == "plain"
+        self.skeleton, self.plain = model.skeleton, not _keeps_turns(model)
         self.places = model.pose_decoder.plan.joints.argsort().tolist()
 
     def forward(self, made: Tensor) -> Tensor:
@@ -146,7 +157,7 @@ def _step_model(model: MotionVAE) -> onnx.ModelProto:
     )  # fmt: skip
     names = [*STATE_NAMES, "noise", "action", "time", "lengths"]
     outputs = [f"{name}_out" for name in STATE_NAMES]
-    if model.settings.decoder != "plain":
+    if _keeps_turns(model):
         outputs.append("frame_turns")
     dynamic = torch.export.Dim("batch", min=1)
     sizes = [{int(name == "lengths"): dynamic} for name in names]
@@ -285,6 +296,8 @@ def describe(model: MotionVAE, dataset: ActionDataset, *, licence: str, extra: M
     return describe_data(dataset, licence=licence) | {
         "format": STEP_FORMAT,
         "decoder": model.settings.decoder,
+        **({"roots": "relative"} if model.settings.relative else {}),
+        **({"root_rotation": True} if model.settings.root_rotation else {}),
         "latent_size": model.settings.latent_size,
         "hidden_size": model.settings.hidden_size,
         **(extra or {}),

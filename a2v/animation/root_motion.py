@@ -11,14 +11,14 @@ from a2v.animation.change_rig import change_rig
 from a2v.animation.engine import coarser
 from a2v.animation.rig_spec import OWN_RIG, load_rig
 from a2v.animation.visemes import add_visemes
-from a2v.kinematics.ground import GroundPath, path_of
+from a2v.kinematics.ground import GroundTrajectory, trajectory_of
 from a2v.types import Body, Character, FloatArray
 
 ROOT_NAME = "Root"
 """Name of the root that is added to a rig that has none."""
 
 
-def ground_path_of(bone_transforms: FloatArray, body: Body) -> GroundPath:
+def ground_trajectory_of(bone_transforms: FloatArray, body: Body) -> GroundTrajectory:
     """Where the topmost bone is over the ground, and the heading by hips and shoulders, of bones (T, B, 4, 4) of `body`.
 
     Raises
@@ -27,7 +27,7 @@ def ground_path_of(bone_transforms: FloatArray, body: Body) -> GroundPath:
         The body's bones do not say where its hips and shoulders are.
     """
     places = np.asarray(bone_transforms, dtype=np.float64)[..., :3, 3]
-    return path_of(places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'")
+    return trajectory_of(places, body.bone_names, body.bone_parents.tolist(), whose=f"body model '{body.model}'")
 
 
 def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> FloatArray:
@@ -36,9 +36,9 @@ def put_rig_in_place(bone_transforms: FloatArray, body: Body, fps: float) -> Flo
     Raises
     ------
     InputError
-        See `ground_path_of`.
+        See `ground_trajectory_of`.
     """
-    path = ground_path_of(bone_transforms, body).smooth(fps).transforms()
+    path = ground_trajectory_of(bone_transforms, body).smooth(fps).transforms()
     moved: FloatArray = (np.linalg.inv(path)[:, None] @ bone_transforms).astype(np.float32)
     return moved
 
@@ -86,7 +86,7 @@ def prepare_rig(
         Unknown rig or visemes, or a body of other bones than the rig is made of.
     """
     paths = (
-        {name: ground_path_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()}
+        {name: ground_trajectory_of(moves, character.body).smooth(fps).transforms() for name, (moves, fps) in clips.items()}
         if root_motion
         else {}
     )

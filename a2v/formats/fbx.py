@@ -1,7 +1,7 @@
 """FBX for Unreal, Unity, Maya and MotionBuilder: a rigged, textured character with its clips, in centimetres.
 
-`fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's exporter, run by Node. Both come from npm, once,
-by the command that `a2v doctor` prints; here nothing is downloaded.
+`fbx_writer.mjs` beside this file turns our GLB into binary FBX 7.4 with three.js and Comfy's exporter, run by Node; `fbx_reader.mjs` turns an FBX of
+others into a GLB. The packages come from npm, once, by the command that `a2v doctor` prints; here nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from a2v.errors import A2VError, MissingDependencyError
+from a2v.errors import A2VError, InputError, MissingDependencyError
 from a2v.formats.characters import Clips, Strengths
 from a2v.formats.gltf import write_glb
 from a2v.io import atomic_path, shorten
@@ -26,8 +26,17 @@ WRITER = Path(__file__).with_name("fbx_writer.mjs")
 PACKAGES = NpmPackages("fbx", ("three@0.184.0", "@comfyorg/fbx-exporter-three@1.0.1"))
 """What the script imports, MIT both: three.js reads GLB as browsers do, Comfy's is the one kept exporter of skins and clips for it."""
 
+READER = WRITER.with_name("fbx_reader.mjs")
+SCALE = WRITER.with_name("fbx_scale.mjs")
+
 SECONDS = 300
-"""A writer that takes longer is stopped."""
+"""A script that takes longer is stopped."""
+MAX_BYTES = 256 << 20
+"""Size of an FBX that is read."""
+HEAP_MB = 4096
+"""Memory of the scripts."""
+_MAGICS = (b"Kaydara FBX Binary", b"; FBX")
+"""How binary and text files begin."""
 
 
 def can_write() -> bool:
@@ -60,19 +69,49 @@ def write_fbx(
     A2VError
         The writer failed; the message ends with its own.
     """
-    node = find_node()
-    if node is None:
-        raise MissingDependencyError(
-            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or write a .glb"
-        )
-    modules = PACKAGES.demand("FBX", "or write a .glb")
     fps = max((clip[1] for clip in (clips or {}).values()), default=30.0)
     with tempfile.TemporaryDirectory() as folder:
         write_glb(Path(folder) / "character.glb", _plain(character), clips, expressions=expressions)
-        shutil.copy(WRITER, folder)  # imports are looked for beside the script
-        link_folder(Path(folder) / "node_modules", modules.resolve())
-        with atomic_path(path) as temporary:
-            _run([node, str(Path(folder) / WRITER.name), str(Path(folder) / "character.glb"), str(temporary), f"{fps:g}"])
+        glb_to_fbx(Path(folder) / "character.glb", path, fps=fps)
+
+
+def glb_to_fbx(source: str | os.PathLike[str], path: str | os.PathLike[str], *, fps: float) -> None:
+    """Write a GLB with one picture at most as binary FBX in centimetres, atomically; its clips have `fps` keys per second.
+
+    Raises
+    ------
+    MissingDependencyError, A2VError
+        See `write_fbx`.
+    """
+    with atomic_path(path) as temporary:
+        _run(WRITER, Path(source), temporary, f"{fps:g}")
+
+
+def fbx_to_glb(source: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
+    """Write the bones, skins, meshes and clips of an FBX of others as a GLB in metres, without its pictures.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is no FBX or larger than `MAX_BYTES`, or three.js cannot read it.
+    MissingDependencyError
+        There is no Node 18 or newer, or npm's packages are not installed; the message says how.
+    """
+    source = Path(source)
+    try:
+        size, head = source.stat().st_size, source.open("rb").read(32)
+    except OSError as error:
+        raise InputError(f"cannot read {source} ({shorten(error)})") from error
+    if not head.lstrip().startswith(_MAGICS):
+        raise InputError(f"{source} is no FBX file")
+    if size > MAX_BYTES:
+        raise InputError(f"{source} has {size >> 20} MB; expected at most {MAX_BYTES >> 20} MB")
+    try:
+        _run(READER, source, Path(path))
+    except MissingDependencyError:
+        raise
+    except A2VError as error:
+        raise InputError(f"cannot read {source}: {error}") from error
 
 
 def _plain(character: Character) -> Character:
@@ -80,13 +119,26 @@ def _plain(character: Character) -> Character:
     return dataclasses.replace(character, surface=dataclasses.replace(character.surface, normal_map=None, materials=None))
 
 
-def _run(command: list[str]) -> None:
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("NODE_")}  # no modules from outside
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, env=environment, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise A2VError(f"the FBX writer cannot run {command[0]} ({shorten(error)}); expected Node 18 or newer") from error
+def _run(script: Path, *arguments: str | Path) -> None:
+    """Run a script by Node beside the packages of npm, without the environment's own modules."""
+    node = find_node()
+    if node is None:
+        raise MissingDependencyError(
+            "FBX needs Node 18 or newer; install it with: pip install 'a2v[fbx]' (or apt install nodejs), or use a .glb"
+        )
+    modules = PACKAGES.demand("FBX", "or use a .glb")
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("NODE_")}
+    with tempfile.TemporaryDirectory() as folder:
+        for file in (script, SCALE):
+            shutil.copy(file, folder)  # imports are looked for beside the script
+        link_folder(Path(folder) / "node_modules", modules.resolve())
+        command = [node, f"--max-old-space-size={HEAP_MB}", str(Path(folder) / script.name)]
+        command += [str(Path(argument).absolute()) if isinstance(argument, Path) else argument for argument in arguments]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, env=environment, check=False)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise A2VError(f"FBX: cannot run {node} ({shorten(error)}); expected Node 18 or newer") from error
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         told = next((line for line in lines if re.match(r"\w*Error\b", line)), lines[-1] if lines else f"exit code {done.returncode}")
-        raise A2VError(f"the FBX writer failed ({shorten(told)}); Node 18 or newer is needed, {command[0]} was used")
+        raise A2VError(f"{script.stem.replace('_', ' ')} failed ({shorten(told)}); Node 18 or newer is needed, {node} was used")

@@ -4,6 +4,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { Matrix4, Quaternion, Scene, Texture, Vector3 } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { FBXExporter } from "@comfyorg/fbx-exporter-three";
+import { scaleLengths } from "./fbx_scale.mjs";
 
 const CENTIMETRES = 100;
 const APART = 0.03; // centimetres
@@ -38,19 +39,14 @@ function glbOf(json, binary) {
 }
 
 function inCentimetres(scene, animations) {
+  scaleLengths(scene, animations, CENTIMETRES);
   const done = new Set();
   scene.traverse((object) => {
-    object.position.multiplyScalar(CENTIMETRES);
-    if (!object.isMesh || done.has(object.geometry)) return;
-    const { attributes, morphAttributes } = object.geometry;
-    done.add(object.geometry);
-    for (const attribute of [attributes.position, ...(morphAttributes.position ?? [])]) attribute.array.forEach((value, i, all) => (all[i] = value * CENTIMETRES));
-    if (attributes.uv) for (let i = 0; i < attributes.uv.count; i++) attributes.uv.setY(i, 1 - attributes.uv.getY(i)); // FBX counts from below
-    for (const inverse of object.skeleton?.boneInverses ?? []) inverse.setPosition(new Vector3().setFromMatrixPosition(inverse).multiplyScalar(CENTIMETRES));
+    const uv = object.isMesh && !done.has(object.geometry) ? object.geometry.attributes.uv : null;
+    if (uv) for (let i = 0; i < uv.count; i++) uv.setY(i, 1 - uv.getY(i)); // FBX counts from below
+    if (object.isMesh) done.add(object.geometry);
     if (object.isSkinnedMesh) object.bind(object.skeleton, new Matrix4());
   });
-  for (const clip of animations)
-    for (const track of clip.tracks) if (track.name.endsWith(".position")) track.values.forEach((value, i, all) => (all[i] = value * CENTIMETRES));
 }
 
 // The topmost bone moves off the line to its only child by less than a millimetre: Blender's importers connect a bone to a parent whose

@@ -18,7 +18,7 @@ SWAY_SECONDS = 0.35
 
 
 @dataclass(frozen=True)
-class GroundPath:
+class GroundTrajectory:
     """Where a person is on the ground, frame by frame.
 
     Attributes
@@ -32,9 +32,9 @@ class GroundPath:
     position: FloatArray
     heading: FloatArray
 
-    def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundPath:
+    def smooth(self, fps: float, *, seconds: float = SWAY_SECONDS) -> GroundTrajectory:
         """The path without the sway of steps; its ends go on in their own direction."""
-        return GroundPath(smoothed(self.position, seconds * fps), smoothed(self.heading[:, None], seconds * fps)[:, 0])
+        return GroundTrajectory(smoothed(self.position, seconds * fps), smoothed(self.heading[:, None], seconds * fps)[:, 0])
 
     def transforms(self) -> FloatArray:
         """World from ground (T, 4, 4) float64: y up, +z ahead, at height 0."""
@@ -44,7 +44,7 @@ class GroundPath:
         return made
 
 
-def ground_path(motion: Motion) -> GroundPath:
+def ground_trajectory(motion: Motion) -> GroundTrajectory:
     """Path of the root over the ground, sway included, and heading by hips and shoulders.
 
     Raises
@@ -54,11 +54,11 @@ def ground_path(motion: Motion) -> GroundPath:
     """
     if motion.batch:
         raise InputError("a path over the ground is of one clip; this Motion is a batch")
-    return path_of(motion.joints, motion.joint_names, motion.parents.tolist(), whose=f"skeleton '{motion.skeleton}'")
+    return trajectory_of(motion.joints, motion.joint_names, motion.parents.tolist(), whose=f"skeleton '{motion.skeleton}'")
 
 
-def path_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str) -> GroundPath:
-    """`ground_path` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones; `whose` is what an error sentence names.
+def trajectory_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *, whose: str) -> GroundTrajectory:
+    """`ground_trajectory` of the joints (T, J, 3) of a skeleton or the heads of a rig's bones; `whose` is what an error sentence names.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def path_of(joints: FloatArray, names: Sequence[str], parents: Sequence[int], *,
         raise InputError(f"the {whose} has no {missing[0].replace('_', ' ')}; it says not which way the person faces")
     places = joints.astype(np.float64)
     left = sum((places[:, found[a]] - places[:, found[b]] for a, b in pairs), np.zeros_like(places[:, 0]))
-    return GroundPath(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
+    return GroundTrajectory(places[:, 0][:, [0, 2]], np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
 
 
 class Sided(Protocol):

@@ -83,6 +83,7 @@ def split_side(name: str) -> tuple[str, str]:
     """Split a joint's name into its side ("left", "right" or "") and its lower-case base name without separators."""
     name = name.rsplit(":", 1)[-1].rsplit("|", 1)[-1].strip()
     name = re.sub(r"^(mixamorig\d*|bip0?\d*|character\d*|valvebiped)[_ .]+", "", name, flags=re.IGNORECASE)
+    name = re.sub(r"^mixamorig\d*(?=[A-Z])", "", name)  # three.js allows no colon
     side = ""
     patterns = (
         (r"^(left|right)[_ .-]?(?=.)", True),

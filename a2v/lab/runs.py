@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 FREE_TO_CHANGE = frozenset({"threads", "device", "checkpoint_seconds", "log_every", "quick_products"})
 """Settings that do not change what is learned, so that a run may be resumed with others."""
+NEWER: Mapping[str, bool] = {"newer": True}
+"""Metadata of a field that older runs do not know: what it is by default does not tell two runs apart."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,10 @@ class RateSchedule:
 
 def identity(*settings: Any, digest: str) -> dict[str, Any]:
     """What makes two runs the same: the settings (dataclasses) that change what is learned, and the data's digest."""
-    values = {name: value for chosen in settings for name, value in dataclasses.asdict(chosen).items()}
+    values: dict[str, Any] = {}
+    for chosen in settings:
+        same = {item.name for item in dataclasses.fields(chosen) if item.metadata.get("newer") and getattr(chosen, item.name) == item.default}
+        values |= {name: value for name, value in dataclasses.asdict(chosen).items() if name not in same}
     return {name: value for name, value in values.items() if name not in FREE_TO_CHANGE} | {"dataset_digest": digest}
 
 
@@ -165,9 +170,10 @@ class Run:
             return None
         content = read_checkpoint(self.path, needed)
         old = content["made_with"]
-        for name, value in sorted(self.made_with.items()):
-            if old.get(name) != value:
-                raise InputError(f"{self.path} was made with {name}={old.get(name)}, not {value}; give another folder or the same settings")
+        for name in sorted({*self.made_with, *old}):
+            value = self.made_with.get(name, "its default")
+            if name not in old or old[name] != value:
+                raise InputError(f"{self.path} was made with {name}={old.get(name, 'its default')}, not {value}; give another folder or the same settings")
         self._began = time.monotonic() - content["seconds"]
         return content
 

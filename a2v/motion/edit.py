@@ -1,6 +1,6 @@
 """What game engines ask of a clip: in place, a seamless cycle, mirrored, faster or slower, and a root that carries the travel.
 
-All work on the path over the ground (`ground_path`): where the root is and which way the person faces, with and without the sway that
+All work on the path over the ground (`ground_trajectory`): where the root is and which way the person faces, with and without the sway that
 belongs to a step.
 """
 
@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
-from a2v.kinematics.ground import SWAY_SECONDS, GroundPath, ground_path
+from a2v.kinematics.ground import SWAY_SECONDS, GroundTrajectory, ground_trajectory
 from a2v.kinematics.limbs import legs_of
 from a2v.kinematics.names import canonical_joints, split_side
 from a2v.kinematics.planting import PlantSettings, own_floor, plant_feet
@@ -109,9 +109,9 @@ def put_in_place(motion: Motion, *, loop: bool = False) -> Motion:
     Raises
     ------
     InputError
-        See `ground_path`.
+        See `ground_trajectory`.
     """
-    path = ground_path(motion)
+    path = ground_trajectory(motion)
     away = np.linalg.inv((path if loop else path.smooth(motion.fps)).transforms())
     if loop:
         steps = _steps(path)
@@ -125,9 +125,9 @@ def repeat_loop(loop: Motion, rounds: int) -> Motion:
     Raises
     ------
     InputError
-        See `ground_path`.
+        See `ground_trajectory`.
     """
-    path = ground_path(loop)
+    path = ground_trajectory(loop)
     local = _transformed(np.linalg.inv(path.transforms()), loop.joints.astype(np.float64))
     walked = _walk(np.tile(_steps(path), (rounds, 1)))
     begin = path.transforms()[0]
@@ -271,7 +271,7 @@ def make_loop(motion: Motion, *, in_place: bool = False, least_seconds: float = 
             f"{motion.frames} frames are too few for a loop; at {motion.fps:g} fps it takes {fade + least + 2} or more (ask for --seconds 5)"
         )
     skeleton = _skeleton(motion)
-    path = ground_path(motion)
+    path = ground_trajectory(motion)
     local = _transformed(np.linalg.inv(path.transforms()), motion.joints.astype(np.float64))
     moved = _steps(path)
     start, end = _closest_moments(local, moved, motion.fps, fade, least)
@@ -317,7 +317,7 @@ def _closest_moments(local: FloatArray, steps: FloatArray, fps: float, fade: int
     return int(start), int(end)
 
 
-def _steps(path: GroundPath) -> FloatArray:
+def _steps(path: GroundTrajectory) -> FloatArray:
     """What each frame moves until the next, seen from itself: (T, 3) of sideways, ahead (metres) and turn (radians)."""
     moved = np.diff(path.position, axis=0, append=2 * path.position[-1:] - path.position[-2:-1])
     turned = np.diff(path.heading, append=2 * path.heading[-1] - path.heading[-2])
@@ -325,19 +325,19 @@ def _steps(path: GroundPath) -> FloatArray:
     return np.stack([cos * moved[:, 0] - sin * moved[:, 1], sin * moved[:, 0] + cos * moved[:, 1], turned], axis=-1)
 
 
-def _walk(steps: FloatArray) -> GroundPath:
+def _walk(steps: FloatArray) -> GroundTrajectory:
     """The path that starts at the origin, ahead along +z, and takes `steps` (T, 3); the inverse of `_steps`."""
     heading = np.concatenate([[0.0], np.cumsum(steps[:-1, 2])])
     cos, sin = np.cos(heading), np.sin(heading)
     moved = np.stack([cos * steps[:, 0] + sin * steps[:, 1], -sin * steps[:, 0] + cos * steps[:, 1]], axis=-1)
-    return GroundPath(np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading)
+    return GroundTrajectory(np.concatenate([np.zeros((1, 2)), np.cumsum(moved[:-1], axis=0)]), heading)
 
 
-def _closed_walk(steps: FloatArray) -> GroundPath:
+def _closed_walk(steps: FloatArray) -> GroundTrajectory:
     """The path of `steps` (T, 3) whose turns cancel, bent evenly so that it ends where it starts: sideways steps of somebody who sways don't add up to none."""
     walked = _walk(np.concatenate([steps, np.zeros((1, 3))]))
     drift = np.linspace(0, 1, len(steps) + 1)[:, None] * walked.position[-1]
-    return GroundPath((walked.position - drift)[:-1], walked.heading[:-1])
+    return GroundTrajectory((walked.position - drift)[:-1], walked.heading[:-1])
 
 
 def _smooth_cyclic(values: FloatArray, sigma: float) -> FloatArray:

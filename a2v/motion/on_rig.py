@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from a2v.animation import RetargetSettings, put_rig_in_place, retarget
-from a2v.animation.root_motion import ground_path_of
+from a2v.animation.root_motion import ground_trajectory_of
 from a2v.motion.edit import Edit, repeat_loop
 from a2v.types import Body, FloatArray, Motion
 
@@ -48,7 +48,7 @@ def retarget_edited(motion: Motion, body: Body, edit: Edit, *, settings: Retarge
     if not edit.loop:
         return moves
     if not edit.in_place and settings.align:
-        first, middle = ground_path_of(moves[[0, frames]], body).transforms()
+        first, middle = ground_trajectory_of(moves[[0, frames]], body).transforms()
         moves = (first @ np.linalg.inv(middle)) @ moves
     cycle: FloatArray = moves[frames : 2 * frames].astype(np.float32)
     return cycle

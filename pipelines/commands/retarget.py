@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from a2v.animation import RetargetSettings
 from a2v.errors import InputError
+from a2v.formats.fbx import fbx_to_glb, glb_to_fbx
 from a2v.formats.gltf.people import read_person, write_person
 from a2v.formats.registry import read_motion, readable_motions
 from a2v.motion.edit import Edit, edited
@@ -25,11 +27,13 @@ EXAMPLES = """examples:
   a2v retarget --character theirs.glb --actions Walk,Jump --out moving.glb
   a2v retarget --character theirs.vrm --action "sneak for 3 s, then wave" --out moving.vrm
   a2v retarget --character theirs.glb --motions dance.bvh --in-place --out moving.glb
+  a2v retarget --character theirs.fbx --actions Walk,Run --out clips.fbx
 
 The character stands upright in its file and has bones by names of Mixamo, VRM, Unreal, Rigify, 3ds Max Biped, Anny and the like; a .vrm says
-itself which bone is which. Meshes, pictures, expressions and animations stay as they are; fingers and face keep the pose of the file."""
+itself which bone is which. Meshes, pictures, expressions and animations stay as they are; fingers and face keep the pose of the file.
+An .fbx is written with its bones, skin and clips but without pictures: import its animations onto the character that the engine already has."""
 
-SUFFIXES = (".glb", ".vrm")
+SUFFIXES = (".glb", ".vrm", ".fbx")
 """What is read and written."""
 
 
@@ -37,7 +41,7 @@ SUFFIXES = (".glb", ".vrm")
 class Options:
     """What the command takes."""
 
-    character: str = option("the file: .glb or .vrm, with a skin", metavar="FILE")
+    character: str = option("the file: .glb, .vrm or .fbx, with a skin", metavar="FILE")
     out: str = option("the file to write, of the same kind")
     action: str = option(ACTION, default="")
     actions: str = option("several of the model, with commas; each becomes an animation", default="")
@@ -53,19 +57,29 @@ def run(options: Options) -> Answer:
     source, target = Path(options.character), Path(options.out)
     for path in (source, target):
         if path.suffix.lower() not in SUFFIXES:
-            hint = "; bring it to .glb with Blender (File > Import, File > Export)" if path.suffix.lower() == ".fbx" else ""
-            raise InputError(f"{path} is of another kind than .glb and .vrm{hint}")
+            raise InputError(f"{path} is of another kind than {', '.join(SUFFIXES)}")
     if source.suffix.lower() != target.suffix.lower():
         raise InputError(f"cannot write {target}; expected the same kind as {source}")
     wanted = _wanted(options)
-    person = read_person(source)
     check_writable(target.parent)
+    with tempfile.TemporaryDirectory() as folder:
+        return _retarget(options, source, target, wanted, Path(folder))
+
+
+def _retarget(options: Options, source: Path, target: Path, wanted: dict[str, str | None], folder: Path) -> Answer:
+    """Read, make and write; an FBX goes through a GLB in `folder`."""
+    is_fbx = source.suffix.lower() == ".fbx"
+    if is_fbx:
+        fbx_to_glb(source, folder / "in.glb")
+    person = read_person(folder / "in.glb" if is_fbx else source)
     edit, carried = options.edits.edit, replace(options.retarget, raw=options.raw or options.retarget.raw)
     clips: dict[str, tuple[FloatArray, float]] = {}
     for name, file in wanted.items():
         motion = _made(options, name, edit) if file is None else edited(read_motion(file, fps=options.lengths.fps), replace(edit, in_place=False))
         clips[name] = retarget_edited(motion, person.body, edit, settings=carried), motion.fps
-    write_person(target, person, clips)
+    write_person(folder / "out.glb" if is_fbx else target, person, clips)
+    if is_fbx:
+        glb_to_fbx(folder / "out.glb", target, fps=max(fps for _, fps in clips.values()))
     return Answer(files=[target], facts={"clips": list(clips), "bones": len(person.nodes)})
 
 

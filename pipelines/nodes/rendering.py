@@ -39,11 +39,11 @@ def camera(
     vertices: np.ndarray, poses: Ref[Poses], body: Ref[Body], render: RenderSettings, cameras: tuple[CameraPath, ...]
 ) -> np.ndarray:
     """The cameras of every frame and view; they follow the character, and the front view stands where it faces in the mean."""
-    from a2v.animation.root_motion import ground_path_of
+    from a2v.animation.root_motion import ground_trajectory_of
     from a2v.rendering import follow_cameras
 
     moves = get(poses, Poses)
-    facing = ground_path_of(moves.bone_transforms, get(body, Body)).heading
+    facing = ground_trajectory_of(moves.bone_transforms, get(body, Body)).heading
     clouds = [get(ref, Vertices).vertices for ref in vertices]
     bounds = np.array([[cloud.min(0), cloud.max(0)] for cloud in clouds], dtype=np.float32)
     wanted = (*VIEWS, *(view for view in render.views if view not in VIEWS))  # the four are the same whichever of them are asked for

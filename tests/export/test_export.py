@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -26,12 +27,17 @@ from tests.support.motions import waving
 SCRIPT = Path(sample_script.__file__)
 
 
-@pytest.fixture(scope="module", params=DECODERS)
+VARIANTS = [VAESettings(decoder=name, hidden_size=32, latent_size=6) for name in DECODERS]
+VARIANTS += [dataclasses.replace(VARIANTS[0], roots="relative")]
+VARIANTS += [dataclasses.replace(item, roots="relative", root_rotation=True) for item in VARIANTS[1:4]]
+
+
+@pytest.fixture(scope="module", params=VARIANTS, ids=lambda item: item.decoder + " relative" * item.relative)
 def exported(request, tmp_path_factory):
     dataset = waving()
     torch.manual_seed(3)
-    model = MotionVAE(dataset.skeleton, 2, VAESettings(decoder=request.param, hidden_size=32, latent_size=6)).eval()
-    path = tmp_path_factory.mktemp("export") / f"{request.param}.onnx"
+    model = MotionVAE(dataset.skeleton, 2, request.param).eval()
+    path = tmp_path_factory.mktemp("export") / f"{request.param.decoder}.onnx"
     export_motion(model, dataset, path, licence="Apache-2.0")
     return model, MotionModel.load(path)
 

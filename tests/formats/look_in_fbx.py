@@ -73,7 +73,7 @@ told = {
         held(cluster.bone_node).name: [list(held(cluster.vertices)), list(held(cluster.weights))]
         for cluster in map(held, held(skin.clusters))
     },
-    "texture": bytes(held(held(scene.videos)[0]).content).hex(),
+    "texture": "".join(bytes(held(video).content).hex() for video in held(scene.videos)),
     "leap": max(
         (abs(b - a) for curve in map(held, held(scene.anim_curves)) for values in [[held(key).value for key in held(curve.keyframes)]]
          for a, b in itertools.pairwise(values)), default=0.0,

@@ -20,7 +20,10 @@ from a2v import Character, InputError, MissingDependencyError
 from a2v.animation import prepare_rig, retarget
 from a2v.errors import A2VError
 from a2v.formats import fbx, read_motion
-from a2v.formats.fbx import find_node, write_fbx
+from a2v.formats.fbx import fbx_to_glb, find_node, write_fbx
+from a2v.formats.gltf.people import read_person
+from pipelines.commands.retarget import Options, run
+from pipelines.requests.motion import LengthOptions
 from tests.support.npm import npm_folder
 
 FPS = 10.0
@@ -148,6 +151,61 @@ def test_expressions_are_blend_shapes_and_blinks_are_in_the_clip(seen: dict[str,
     np.testing.assert_allclose(strengths, SHUT["eyeBlinkLeft"][: len(strengths)], atol=1e-5)
     assert not np.any(seen["clips"]["walk"]["weights"]["jawOpen"])
     assert not np.any(seen["clips"]["cartwheel"]["weights"]["eyeBlinkLeft"])
+
+
+@pytest.fixture(scope="module")
+def foreign(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FBX as a GLB, the way that a character of others is read."""
+    target = tmp_path_factory.mktemp("foreign") / "person.glb"
+    fbx_to_glb(path, target)
+    return target
+
+
+def test_an_fbx_of_others_is_read_with_its_bones_and_skin(foreign: Path, person: Person) -> None:
+    body, surface = person[0].body, person[0].surface
+    read = read_person(foreign)
+    names = [name.replace(":", "") for name in body.bone_names]
+    assert sorted(read.body.bone_names) == sorted(names)
+    order = [read.body.bone_names.index(name) for name in names]
+    floor = np.eye(4)
+    floor[1, 3] = surface.vertices[:, 1].min()
+    np.testing.assert_allclose(floor @ read.body.rest_transforms[order], body.bone_transforms, atol=1e-4)
+    far, _ = cKDTree(read.body.vertices + floor[:3, 3]).query(surface.vertices)
+    assert far.max() < 1e-4
+    assert len(read.body.vertices) < 1.5 * len(surface.vertices)  # not one per corner of a triangle
+
+
+def test_retargeted_clips_of_an_fbx_move_as_those_of_its_glb(foreign: Path, path: Path, data_dir: Path, tmp_path: Path) -> None:
+    pytest.importorskip("ufbx")
+    motion = data_dir / "motions" / "humanoid3d_walk.txt"
+    lengths = LengthOptions(fps=FPS)
+    for source, target in ((foreign, tmp_path / "out.glb"), (path, tmp_path / "out.fbx")):
+        run(Options(character=str(source), out=str(target), motions=str(motion), lengths=lengths))
+    found = read_person(tmp_path / "out.glb")
+    fbx_to_glb(tmp_path / "out.fbx", tmp_path / "back.glb")
+    back = read_person(tmp_path / "back.glb")
+    names = {item["name"] for item in back.file.items("animations")}
+    assert "humanoid3d_walk" in names
+    assert {"cartwheel", "walk"} <= names  # the file's own clips stay
+    assert sorted(back.body.bone_names) == sorted(found.body.bone_names)
+    out = tmp_path / "out.json"
+    script = Path(__file__).with_name("look_in_fbx.py")
+    subprocess.run([sys.executable, str(script), str(tmp_path / "out.fbx"), str(out), str(FPS)], check=True)
+    told = json.loads(out.read_text())
+    assert all(name.startswith("mixamorig:") for name in told["bones"])  # as Mixamo writes them, colons and all
+    moved = transforms(told["clips"]["humanoid3d_walk"]["frames"])[::2, told["bones"].index("mixamorig:Hips"), :3, 3]
+    assert np.ptp(moved[:, 2]) > 0.5  # she walks, in metres
+    assert 0.02 < np.ptp(moved[:, 1]) < 0.3
+
+
+def test_an_fbx_that_is_none_is_refused(packages: Path, tmp_path: Path) -> None:
+    for name, data, match in (("text.fbx", b"hello", "is no FBX"), ("cut.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), "cannot read")):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(InputError, match=match):
+            fbx_to_glb(tmp_path / name, tmp_path / "out.glb")
+    with pytest.raises(InputError, match="cannot read"):
+        fbx_to_glb(tmp_path / "none.fbx", tmp_path / "out.glb")
+    assert not (tmp_path / "out.glb").exists()
 
 
 def test_what_is_missing_or_wrong_is_told(character: Character, packages: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,8 @@ def test_every_canonical_joint_of_the_data_sets_is_found() -> None:
 
 
 NAMES = {
+    "mixamo, without colons": ["mixamorigHips", "mixamorigSpine", "mixamorigNeck", "mixamorigHead"]
+    + [f"mixamorig{s}{n}" for s in ("Left", "Right") for n in ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
     "mixamo": ["mixamorig:Hips", "mixamorig:Spine", "mixamorig:Neck", "mixamorig:Head"]
     + [f"mixamorig:{s}{n}" for s in ("Left", "Right") for n in ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")],
     "unreal": ["pelvis", "spine_01", "neck_01", "head"]

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 import torch
 
 from a2v.errors import InputError
-from a2v.lab.runs import RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
+from a2v.lab.runs import NEWER, RateSchedule, Run, RunSettings, Training, carry_on, identity, read_checkpoint
 
 
 @dataclass(frozen=True)
 class Settings:
     width: int = 3
     threads: int = 1
+    bold: bool = field(default=False, metadata=NEWER)
 
 
-def run_in(folder, *, width=3, threads=1, digest="abc"):
-    return Run(folder / "x.pt", identity(Settings(width, threads), digest=digest), every=1e9)
+def run_in(folder, *, width=3, threads=1, bold=False, digest="abc"):
+    return Run(folder / "x.pt", identity(Settings(width, threads, bold), digest=digest), every=1e9)
+
+
+def test_a_run_from_before_a_setting_goes_on_with_its_default_alone(tmp_path):
+    (old := run_in(tmp_path)).save({"model": {}})
+    assert "bold" not in old.made_with
+    assert run_in(tmp_path).resume(["model"]) is not None
+    with pytest.raises(InputError, match="bold=its default, not True"):
+        run_in(tmp_path, bold=True).resume(["model"])
+    run_in(tmp_path, bold=True).save({"model": {}})
+    assert run_in(tmp_path, bold=True).resume(["model"]) is not None
+    with pytest.raises(InputError, match="bold=True, not its default"):
+        run_in(tmp_path).resume(["model"])
 
 
 def test_a_run_finds_what_it_saved(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2v.errors import InputError
-from a2v.kinematics.ground import ground_path, heading
+from a2v.kinematics.ground import ground_trajectory, heading
 from a2v.lab.evaluation.physics import physics_metrics
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion, natural_speed
@@ -50,7 +50,7 @@ def test_a_walk_keeps_to_its_path_and_its_feet_to_the_ground(model: MotionModel,
     assert distance.mean() < 0.05
     assert distance.max() < 0.15
     assert np.linalg.norm(motion.root[-1, [0, 2]] - PATHS[name][-1]) < 0.15
-    turned = ground_path(motion).smooth(motion.fps)
+    turned = ground_trajectory(motion).smooth(motion.fps)
     way = np.diff(turned.position, axis=0)
     off = turned.heading[1:] - np.arctan2(way[:, 0], way[:, 1])
     assert np.median(np.abs(np.angle(np.exp(1j * off)))) < np.radians(15)

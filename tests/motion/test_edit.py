@@ -10,7 +10,7 @@ import pytest
 from a2v.animation import retarget
 from a2v.body import load_body_model, make_body
 from a2v.errors import InputError
-from a2v.kinematics.ground import ground_path
+from a2v.kinematics.ground import ground_trajectory
 from a2v.kinematics.resample import resample_motion
 from a2v.motion import MotionModel
 from a2v.motion.direct import make_motion
@@ -64,7 +64,7 @@ def test_a_cycle_of_somebody_who_first_stands_moves() -> None:
 
 def test_a_loop_that_travels_goes_on() -> None:
     loop = make_loop(sampled("Walk"))
-    path = ground_path(loop)
+    path = ground_trajectory(loop)
     assert np.linalg.norm(path.position[-1] - path.position[0]) > 0.3
 
 
@@ -110,7 +110,7 @@ def test_in_place_keeps_the_sway_and_takes_the_travel() -> None:
     assert np.abs(still.root[:, [0, 2]]).max() < 0.15
     assert np.ptp(still.root[:, 0]) > 0.005
     np.testing.assert_allclose(still.root[:, 1], clip.root[:, 1], atol=1e-5)
-    heading = ground_path(still).heading
+    heading = ground_trajectory(still).heading
     assert np.abs(heading - heading.mean()).max() < np.radians(30)
 
 
@@ -133,7 +133,7 @@ def test_speed_changes_time_alone(speed: float) -> None:
 
 def test_a_path_stays_what_it_is_where_it_is_straight() -> None:
     clip = sampled("Walk")
-    path = ground_path(clip)
+    path = ground_trajectory(clip)
     straight = type(path)(np.stack([np.arange(60) * 0.1, np.zeros(60)], axis=-1), np.zeros(60))
     np.testing.assert_allclose(straight.smooth(30).position, straight.position, atol=1e-9)
 

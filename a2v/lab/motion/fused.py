@@ -48,9 +48,23 @@ def gru_state(gru: nn.GRU, layer: int) -> Affine:
     return Affine(getattr(gru, f"weight_hh_l{layer}"), getattr(gru, f"bias_hh_l{layer}"))
 
 
-def prior_entry(prior: GaussianGRU) -> Affine:
+def from_root(weight: Tensor) -> Tensor:
+    """Columns (O, 3J) for poses as they are, of columns for poses whose joints are relative to the root: the root's columns take off what the others add."""
+    shared = weight.reshape(len(weight), -1, 3).sum(1)
+    return torch.cat([weight[:, :3] - shared, weight[:, 3:]], 1)
+
+
+def _of_pose(entry: Affine, decoder: PoseDecoder) -> Affine:
+    """`entry`, whose first columns are of the pose before as `VAESettings.feedback` has it, for that pose as it is."""
+    if not decoder.settings.relative:
+        return entry
+    size = 3 * decoder.skeleton.n_joints
+    return Affine(torch.cat([from_root(entry.weight[:, :size]), entry.weight[:, size:]], 1), entry.bias)
+
+
+def prior_entry(prior: GaussianGRU, decoder: PoseDecoder) -> Affine:
     """Encoder and gates: (3H, 3J + A + 1) and (3H,), of pose before, action and time counter."""
-    return gru_inputs(prior.gru, 0).after(prior.encoder)
+    return _of_pose(gru_inputs(prior.gru, 0).after(prior.encoder), decoder)
 
 
 def prior_exit(prior: GaussianGRU) -> Affine:
@@ -59,19 +73,20 @@ def prior_exit(prior: GaussianGRU) -> Affine:
     return Affine(torch.cat([net.weight for net in nets]), torch.cat([net.bias for net in nets]))
 
 
-def generator_entry(generator: Generator) -> Affine:
+def generator_entry(generator: Generator, decoder: PoseDecoder) -> Affine:
     """Encoder and first layer's gates: (3H, 3J + A + 1 + Z) and (3H,), of pose before, action, time counter and latent."""
-    return gru_inputs(generator.gru, 0).after(generator.encoder)
+    return _of_pose(gru_inputs(generator.gru, 0).after(generator.encoder), decoder)
 
 
 def generator_exit(generator: Generator, decoder: PoseDecoder) -> Affine:
-    """Decoder and Lie layer: (D, H) and (D,); the rotation vectors' components come first, the bones in the order of the plan."""
+    """Decoder and Lie layer: (D, H) and (D,); the rotation vectors' components come first, the bones in the order of the plan, then W_0."""
     weight, bias = generator.decoder.weight, generator.decoder.bias
     lie = decoder.lie_output
     if lie is None:
         return Affine(weight, bias)
-    bones = 3 * (decoder.skeleton.n_joints - 1)
-    order = (3 * (decoder.plan.joints - 1)[:, None] + torch.arange(3, device=weight.device)).flatten()
+    bones = decoder.turns
+    places = torch.cat([decoder.plan.joints - 1, torch.arange(decoder.skeleton.n_joints - 1, bones // 3, device=weight.device)])
+    order = (3 * places[:, None] + torch.arange(3, device=weight.device)).flatten()
     rotvec = lie.weight[order]
     return Affine(torch.cat([rotvec @ weight[:bones], weight[bones:]]), torch.cat([rotvec @ bias[:bones] + lie.bias[order], bias[bones:]]))
 
@@ -93,8 +108,6 @@ def velocity_entry(decoder: PoseDecoder) -> Affine:
     """
     first = velocity_layers(decoder).hidden[0] if decoder.velocity_gru is None else decoder.velocity_in
     size = 3 * decoder.skeleton.n_joints
-    before = first.weight[:, size : 2 * size]
-    shared = before.reshape(len(before), -1, 3).sum(1)
-    weight = torch.cat([first.weight[:, :size], before[:, :3] - shared, before[:, 3:], first.weight[:, 2 * size :]], 1)
+    weight = torch.cat([first.weight[:, :size], from_root(first.weight[:, size : 2 * size]), first.weight[:, 2 * size :]], 1)
     entry = Affine(weight, first.bias)
     return entry if decoder.velocity_gru is None else gru_inputs(decoder.velocity_gru, 0).after(entry)

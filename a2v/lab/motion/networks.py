@@ -3,8 +3,8 @@ Table 3)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, get_args
 
 import torch
 from torch import Tensor, nn
@@ -12,9 +12,12 @@ from torch import Tensor, nn
 from a2v.errors import InputError
 from a2v.kinematics import Skeleton
 from a2v.kinematics.gradient import ChainPlan, local_kinematics
+from a2v.kinematics.so3 import rotvec_to_rotmat
+from a2v.lab.runs import NEWER
 
 Decoder = Literal["plain", "lie", "glmi-m", "glmi-r"]
 DECODERS: tuple[Decoder, ...] = ("plain", "lie", "glmi-m", "glmi-r")
+Roots = Literal["absolute", "relative"]
 
 
 @dataclass(frozen=True)
@@ -31,16 +34,35 @@ class VAESettings:
         Dimension of z.
     trajectory_size : int
         Dimension of h^o, what the generator tells the trajectory network (GLMI only).
+    roots : "absolute" or "relative"
+        What the networks know of the root: where it is, or how it moved since the frame before ("works better", Sec. 4.1.1).
+    root_rotation : bool
+        Whether a rotation W_0 of the whole body is decoded too, as Eq. 6 has it; without, the first bones of the chains turn with the body. Not for "plain".
     """
 
     decoder: Decoder = "glmi-m"
     hidden_size: int = 128
     latent_size: int = 30
     trajectory_size: int = 20
+    roots: Roots = field(default="absolute", metadata=NEWER)
+    root_rotation: bool = field(default=False, metadata=NEWER)
 
     def __post_init__(self) -> None:
         if self.decoder not in DECODERS:
             raise InputError(f"unknown decoder '{self.decoder}'; choose from {', '.join(DECODERS)}")
+        if self.roots not in get_args(Roots):
+            raise InputError(f"unknown roots '{self.roots}'; choose from {', '.join(get_args(Roots))}")
+        if self.root_rotation and self.decoder == "plain":
+            raise InputError("the decoder 'plain' has no rotations; leave root_rotation out, or choose another decoder")
+
+    @property
+    def relative(self) -> bool:
+        """Whether `roots` is "relative"."""
+        return self.roots == "relative"
+
+    def feedback(self, poses: Tensor) -> Tensor:
+        """Poses (..., J, 3) as prior and generator are told of the frame before: each from its own root if `relative`."""
+        return poses - poses[..., :1, :] if self.relative else poses
 
 
 class GaussianGRU(nn.Module):
@@ -82,7 +104,7 @@ class Pose(NamedTuple):
     joints : (B, T, J, 3)
         Positions, native units.
     rotations : (B, T, J, 3) or None
-        Rotation vectors of the chain convention; None for the plain decoder.
+        Rotation vectors of the chain convention; None for the plain decoder and with a root rotation.
     velocity : (B, T, 3) or None
         Root velocity per frame that GLMI inferred (Eq. 11).
     state : (1, B, H) or None
@@ -116,7 +138,7 @@ class PoseDecoder(nn.Module):
         self.levels = plan.levels
         for name, part in (("bone_joints", plan.joints), ("rest", plan.rest), ("path", plan.path), ("along", plan.along)):
             self.register_buffer(name, part, persistent=False)
-        bones = 3 * (skeleton.n_joints - 1)
+        bones = 3 * (skeleton.n_joints - 1 + settings.root_rotation)
         hidden = settings.hidden_size
         trajectory_input = 6 * skeleton.n_joints + settings.trajectory_size
         self.lie_output = nn.Linear(bones, bones) if settings.decoder != "plain" else None
@@ -139,13 +161,23 @@ class PoseDecoder(nn.Module):
     @property
     def input_size(self) -> int:
         """Width of the generator's output."""
-        pose = 3 * self.skeleton.n_joints
+        pose = 3 * (self.skeleton.n_joints + self.settings.root_rotation)
         return pose - 3 + self.settings.trajectory_size if self.settings.decoder.startswith("glmi") else pose
+
+    @property
+    def turns(self) -> int:
+        """Number of components of the rotation vectors that are decoded; W_0's, where there is one, are the last three."""
+        return 3 * (self.skeleton.n_joints - 1 + self.settings.root_rotation)
 
     @property
     def follows_trajectory(self) -> bool:
         """Whether the root comes from integrated velocities (GLMI) instead of from the generator."""
         return self.settings.decoder.startswith("glmi")
+
+    @property
+    def from_last_root(self) -> bool:
+        """Whether what is decoded is where the body is from the root of the frame before."""
+        return self.follows_trajectory or self.settings.relative
 
     def forward(self, outputs: Tensor, previous: Tensor, lengths: Tensor, state: Tensor | None = None) -> Pose:
         """Decode generator outputs.
@@ -162,20 +194,26 @@ class PoseDecoder(nn.Module):
         """
         batch, frames = outputs.shape[:2]
         n = self.skeleton.n_joints
+        previous_root = previous[:, :, :1]
+        origin = previous_root if self.settings.relative else torch.zeros_like(previous_root)
         if self.lie_output is None:
-            return Pose(outputs.reshape(batch, frames, n, 3), None, None, None)
-        bones = 3 * (n - 1)
+            return Pose(outputs.reshape(batch, frames, n, 3) + origin, None, None, None)
+        bones = self.turns
         # tanh keeps each component within half a turn, so the norm below sqrt(3) pi; the paper limits the norm itself to pi
         rotvec = torch.pi * torch.tanh(self.lie_output(outputs[..., :bones]))
-        rotations = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec], -1).reshape(batch, frames, n, 3)
+        turned = torch.cat([torch.zeros_like(rotvec[..., :3]), rotvec[..., : 3 * n - 3]], -1).reshape(batch, frames, n, 3)
         every = lengths[:, None].expand(-1, frames, -1).flatten(0, 1)
-        local = local_kinematics(rotations.flatten(0, 1), every, self.plan).reshape(batch, frames, n, 3)
+        local = local_kinematics(turned.flatten(0, 1), every, self.plan).reshape(batch, frames, n, 3)
+        if self.settings.root_rotation:
+            body = rotvec_to_rotmat(rotvec[..., 3 * n - 3 :])
+            local = (body[:, :, None] * local[..., None, :]).sum(-1)
+        # a motion's rotations are those of chains that start from the identity
+        rotations = None if self.settings.root_rotation else turned
         if not self.follows_trajectory:
-            return Pose(local + outputs[:, :, None, bones:], rotations, None, None)
-        previous_root = previous[:, :, 0]
-        inputs = torch.cat([local.flatten(2), (previous - previous_root[:, :, None]).flatten(2), outputs[..., bones:]], -1)
+            return Pose(local + outputs[:, :, None, bones:] + origin, rotations, None, None)
+        inputs = torch.cat([local.flatten(2), (previous - previous_root).flatten(2), outputs[..., bones:]], -1)
         if self.velocity_gru is not None:
             inputs, state = self.velocity_gru(self.velocity_in(inputs), state)
         assert self.velocity_net is not None
         velocity = self.velocity_net(inputs)
-        return Pose(local + (previous_root + velocity)[:, :, None], rotations, velocity, state)
+        return Pose(local + previous_root + velocity[:, :, None], rotations, velocity, state)

@@ -105,13 +105,13 @@ class RollOut:
         self.pose_size = size = 3 * decoder.skeleton.n_joints
         self.layers = [GRUTrace(*gru_state(generator.gru, layer), frames=self.frames, batch=batch) for layer in range(2)]
         self.between, between_bias = gru_inputs(generator.gru, 1)
-        entry, entry_bias = generator_entry(generator)
+        entry, entry_bias = generator_entry(generator, decoder)
         self.entry = entry[:, :size].contiguous()
         known = nn.functional.linear(torch.cat([condition, latent], -1), entry[:, size:], entry_bias).transpose(0, 1).contiguous()
         self.exit, offset = generator_exit(generator, decoder)
         self.plan = decoder.plan
         if decoder.lie_output is not None:
-            self.bones = size - 3
+            self.turns, self.bones = decoder.turns, size - 3
             self.lengths = lengths.T[self.plan.joints]
         if decoder.follows_trajectory:
             self.hidden, self.last, self.leak = velocity_layers(decoder)
@@ -130,20 +130,26 @@ class RollOut:
     def _decode(self, t: int, outputs: Tensor, previous: Tensor) -> Tensor:
         """Pose (B, 3J) of the outputs (B, D), as `PoseDecoder` has it."""
         decoder = self.decoder
+        joints = _points(previous)
+        origin = joints[:, 0] if decoder.settings.relative else torch.zeros_like(joints[:, 0])
         if decoder.lie_output is None:
-            return outputs
-        bounded = torch.tanh(outputs[:, : self.bones])
+            return (_points(outputs) + origin[:, None]).flatten(1)
+        bounded = torch.tanh(outputs[:, : self.turns])
         rotations = Exponentials.of((torch.pi * bounded).T.reshape(-1, 3, len(outputs)))
-        frames = chain_frames(rotations, self.plan)
+        count = self.bones // 3
+        frames = chain_frames(Exponentials(*(part[:count] for part in rotations)), self.plan)
         bones = bone_ends(frames, self.lengths, self.plan)
         slope = torch.pi * (1 - bounded * bounded)
         kept = {"slope": slope, "frames": frames, "bones": bones} | rotations._asdict()
         self.kept.append(kept)
-        local = joint_positions(bones, self.plan).flatten(0, 1).T
+        placed = joint_positions(bones, self.plan)
+        if decoder.settings.root_rotation:
+            kept["body"] = body = Exponentials(*(part[count:] for part in rotations)).rotmats()[0]
+            kept["placed"] = placed = (body[None] * placed[:, None]).sum(2)
+        local = placed.flatten(0, 1).T
         if not decoder.follows_trajectory:
-            return (_points(local) + outputs[:, None, self.bones :]).flatten(1)
-        joints = _points(previous)
-        inputs = torch.cat([local, (joints - joints[:, :1]).flatten(1), outputs[:, self.bones :]], 1)
+            return (_points(local) + (outputs[:, self.turns :] + origin)[:, None]).flatten(1)
+        inputs = torch.cat([local, (joints - joints[:, :1]).flatten(1), outputs[:, self.turns :]], 1)
         if decoder.velocity_gru is not None:
             inputs = self.trajectory.step(t, torch.addmm(self.trajectory_offset, inputs, self.into_trajectory.T))
         else:
@@ -188,7 +194,10 @@ class RollOut:
         whole = {name: torch.stack([kept[name] for kept in self.kept]) for name in self.kept[0]}
         rotations = Exponentials(*(whole[name] for name in Exponentials._fields))
         frames, slopes = whole["frames"], _points(whole["slope"]).permute(0, 2, 3, 1)
-        # (T, n, 3, ...) as T * n bones
+        if "body" in whole:
+            self.body, self.placed = whole["body"], cross_matrices(whole["placed"])
+            frames = torch.cat([frames, self.body[:, None]], 1)
+        # (T, n, 3, ...) as T * n bones, W_0 the last one
         flat = Exponentials(*(part.flatten(0, 1) for part in rotations))
         self.axes = rotvec_axes(flat, frames.flatten(0, 1)).view_as(frames) * slopes[:, :, None]
         self.crosses = cross_matrices(whole["bones"])
@@ -198,9 +207,12 @@ class RollOut:
     def _decode_back(self, t: int, pose: Tensor, velocity: Tensor | None) -> tuple[Tensor, Tensor | None]:
         """Gradients by the outputs (B, D) and by the pose before (B, 3J), given that by the pose (B, 3J)."""
         decoder = self.decoder
-        if decoder.lie_output is None:
-            return pose, None
         root, fed = _points(pose).sum(1), None
+        if decoder.settings.relative and not decoder.follows_trajectory:
+            fed = torch.zeros_like(pose)
+            fed[:, :3] = root
+        if decoder.lie_output is None:
+            return pose, fed
         local = pose
         if decoder.follows_trajectory:
             size = self.pose_size
@@ -215,8 +227,14 @@ class RollOut:
             fed[:, :3] += root - _points(fed).sum(1)
         else:
             rest = root
-        pulled = bone_gradients(local.T.view(-1, 3, len(local)), self.plan)
-        by_rotvec = rotvec_gradients(pulled, self.crosses[t], self.axes[t], self.plan)
+        by_joints, axes = local.T.view(-1, 3, len(local)), self.axes[t]
+        if decoder.settings.root_rotation:
+            torque = (self.placed[t] * by_joints[:, None]).sum((0, 2))
+            by_body = (axes[-1] * torque[:, None]).sum(0)
+            by_joints, axes = (self.body[t].transpose(0, 1)[None] * by_joints[:, None]).sum(2), axes[:-1]
+        by_rotvec = rotvec_gradients(bone_gradients(by_joints, self.plan), self.crosses[t], axes, self.plan)
+        if decoder.settings.root_rotation:
+            by_rotvec = torch.cat([by_rotvec, by_body[None]])
         return torch.cat([by_rotvec.flatten(0, 1).T, rest], 1), fed
 
 

@@ -80,7 +80,7 @@ class MotionVAE(nn.Module):
             Standard normal draws.
         states : States
         """
-        context = torch.cat([previous.flatten(1), actions, counter], -1)[:, None]
+        context = torch.cat([self.settings.feedback(previous).flatten(1), actions, counter], -1)[:, None]
         mean, logvar, prior_state = self.prior(context, states.prior)
         latent = mean + torch.exp(0.5 * logvar) * noise[:, None]
         outputs, generator_state = self.generator(torch.cat([context, latent], -1), states.generator)
@@ -89,7 +89,7 @@ class MotionVAE(nn.Module):
 
     def decode(self, previous: Tensor, condition: Tensor, latent: Tensor, lengths: Tensor) -> Pose:
         """Poses of sequences whose previous poses (B, T, J, 3) are known: one parallel pass, no loop over frames."""
-        outputs, _ = self.generator(torch.cat([previous.flatten(2), condition, latent], -1))
+        outputs, _ = self.generator(torch.cat([self.settings.feedback(previous).flatten(2), condition, latent], -1))
         pose: Pose = self.pose_decoder(outputs, previous, lengths)
         return pose
 
@@ -110,7 +110,7 @@ class MotionVAE(nn.Module):
             gradients flow through them. None: all.
         """
         condition = self.condition(actions, joints.shape[1])
-        posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([joints.flatten(2), condition], -1))
+        posterior_mean, posterior_logvar, _ = self.posterior(torch.cat([self.observed(joints).flatten(2), condition], -1))
         latent = posterior_mean + torch.exp(0.5 * posterior_logvar) * noise
         own = torch.empty(0) if teacher is None else torch.nonzero(~teacher).squeeze(1)
         given = shifted(joints)
@@ -125,8 +125,15 @@ class MotionVAE(nn.Module):
                 velocity=None if velocity is None or pose.velocity is None else pose.velocity.index_copy(0, own, velocity),
             )
             given = given.index_copy(0, own, shifted(fed))
-        prior_mean, prior_logvar, _ = self.prior(torch.cat([given.flatten(2), condition], -1))
+        prior_mean, prior_logvar, _ = self.prior(torch.cat([self.settings.feedback(given).flatten(2), condition], -1))
         return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar)
+
+    def observed(self, joints: Tensor) -> Tensor:
+        """Real poses (B, T, J, 3) as the posterior sees them: with relative roots, each from its own root, and in the root's place its way since the frame before."""
+        if not self.settings.relative:
+            return joints
+        roots = joints[:, :, :1]
+        return torch.cat([roots - shifted(roots), joints[:, :, 1:] - roots], 2)
 
     def condition(self, actions: Tensor, frames: int) -> Tensor:
         """Action and time counter (B, T, A + 1) of sequences with one action (B, A)."""

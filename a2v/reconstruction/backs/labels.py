@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
+from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
@@ -87,6 +87,41 @@ class Costs:
 
 
 _COSTS = Costs()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaletteSettings:
+    """How the typical colours of each label are taken from the photo. Set by hand; there is no published source.
+
+    Attributes
+    ----------
+    skin : float
+        A vertex within this CIELAB distance of the face's colour is bare skin.
+    few, many : int
+        Least number of vertices that a small part (crown, shoes) and a large part (trunk, thighs) must show.
+    trunk : (float, float)
+        The upper garment is sampled between these quantiles of the trunk's heights: below the collar, above the belt.
+    crown, thigh : float
+        Hair and the lower garment are sampled above these quantiles of the head's and the thighs' heights.
+    share : float
+        A cluster with a smaller share of the vertices is dropped.
+    """
+
+    skin: float = 10.0
+    few: int = 20
+    many: int = 100
+    crown: float = 0.6
+    trunk: tuple[float, float] = (0.35, 0.95)
+    thigh: float = 0.5
+    share: float = 0.08
+
+
+_PALETTE = PaletteSettings()
+_BELIEF = 6.0
+"""CIELAB units by which a label must be cheaper to be e times as likely, where neighbours vote."""
+_NEIGHBORS_WEIGHT = 14.0
+"""CIELAB units that a label costs where no neighbour has it."""
+_KMEANS_ROUNDS = 12
 _FRONT_ROUNDS = 4
 """Rounds of smoothing of the labels that the photo shows."""
 _BEHIND_ROUNDS = 10
@@ -134,6 +169,10 @@ class Seen:
         The face's colour, sRGB; None if it was not seen.
     face : (V,) bool
         Vertices within the face, of which nothing is continued.
+    rest : (V, 3), optional
+        Where they are at rest, metres: garments' borders run around the body there. None: borders are as they are found.
+    cloth : (V,) bool, optional
+        What is neither skin nor hair nor shoe: a layer that hangs.
     """
 
     vertices: FloatArray
@@ -147,6 +186,8 @@ class Seen:
     neighbors: IntArray
     skin: FloatArray | None
     face: BoolArray
+    rest: FloatArray | None = None
+    cloth: BoolArray | None = None
 
     def on(self, *names: str) -> BoolArray:
         """Which vertices (V,) lie on the parts of these names."""
@@ -192,6 +233,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
         cost[:, column] += _reluctance(seen, int(kind), palettes)
+        if seen.cloth is not None and kind not in (UPPER, LOWER):
+            cost[seen.cloth, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
@@ -265,18 +308,6 @@ def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
     return np.asarray(hair & ~held[piece])
 
 
-def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
-    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other (`neighbors` (V, N)) are one, others alone."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
-    count, width = neighbors.shape
-    ends = np.repeat(np.arange(count), width), neighbors.ravel()
-    joined = chosen[ends[0]] & chosen[ends[1]]
-    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
-    return np.asarray(connected_components(graph, directed=False)[1])
-
-
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     """Typical CIELAB colours (n, 3) of each label that the photo shows."""
     from skimage.color import rgb2lab
@@ -285,32 +316,32 @@ def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     bare = np.zeros(len(lab), bool)
     if skin is not None:
         # in shadow skin is still skin, but a shirt may have its hue
-        bare = np.linalg.norm((lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1) < 10
+        bare = np.linalg.norm((lab - skin) * np.where(seen.on("torso", *_ARMS)[:, None], _SHADE, _HUE), axis=1) < _PALETTE.skin
     height = _trunk_height(seen)
     found: dict[int, FloatArray] = {}
     if skin is not None:
         found[SKIN] = _centers(lab[seen.known & bare & seen.on(*_HEAD, *HANDS)], skin[None], count=3)
     head = seen.known & seen.on("head") & ~seen.face
-    if head.sum() > 20:
-        crown = head & (height > np.quantile(height[head], 0.6)) & ~bare
-        if crown.sum() <= 20:  # fair hair has the skin's hue
+    if head.sum() > _PALETTE.few:
+        crown = head & (height > np.quantile(height[head], _PALETTE.crown)) & ~bare
+        if crown.sum() <= _PALETTE.few:  # fair hair has the skin's hue
             crown = head & seen.scalp & (SKIN not in found or _distance(lab, found[SKIN]) > _FAIR)
-        if crown.sum() > 20:
+        if crown.sum() > _PALETTE.few:
             found[HAIR] = _centers(lab[crown], None, count=2)
     body = seen.known & ~bare
     chest = body & seen.on("torso")
-    if chest.sum() > 100:  # arms and legs may be bare, in the shadow
-        low, high = np.quantile(height[chest], [0.35, 0.95])
+    if chest.sum() > _PALETTE.many:  # arms and legs may be bare, in the shadow
+        low, high = np.quantile(height[chest], _PALETTE.trunk)
         found[UPPER] = _centers(lab[chest & (height > low) & (height < high)], None, count=4)
     thighs = body & seen.on("left_thigh", "right_thigh")
-    if thighs.sum() > 100:
-        thighs &= height > np.quantile(height[thighs], 0.5)
+    if thighs.sum() > _PALETTE.many:
+        thighs &= height > np.quantile(height[thighs], _PALETTE.thigh)
         lower = _centers(lab[thighs], None, count=4)
         # dresses and overalls: what the legs wear is what the chest wears
         if UPPER not in found or np.median(_distance(lab[thighs], found[UPPER])) > _SAME:
             found[LOWER] = lower
     shoes = body & seen.on(*_FEET)
-    if shoes.sum() > 20:
+    if shoes.sum() > _PALETTE.few:
         found[SHOES] = _centers(lab[shoes], None, count=2)
     return found
 
@@ -324,9 +355,9 @@ def _centers(lab: FloatArray, start: FloatArray | None, *, count: int) -> FloatA
         return none if len(none) or not len(lab) else np.median(lab, axis=0)[None]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a palette may have fewer colours
-        centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=12)
+        centers, member = kmeans2(lab * _SHADE, count, minit="++", seed=0, iter=_KMEANS_ROUNDS)
     share = np.bincount(member, minlength=count) / len(member)
-    return np.concatenate([none, centers[share > 0.08] / _SHADE])
+    return np.concatenate([none, centers[share > _PALETTE.share] / _SHADE])
 
 
 def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) -> FloatArray:
@@ -335,27 +366,18 @@ def _distance(lab: FloatArray, palette: FloatArray, shade: FloatArray = _SHADE) 
     return np.asarray(away.min(axis=1))
 
 
-def _smoothed(seen: Seen, cost: FloatArray, *, fixed: IntArray | None, rounds: int, weight: float = 14.0) -> FloatArray:
+def _smoothed(seen: Seen, cost: FloatArray, *, fixed: IntArray | None, rounds: int, weight: float = _NEIGHBORS_WEIGHT) -> FloatArray:
     """Costs (V, K) to which neighbours that are of another mind have added; those of `fixed` (V,), where not negative, never change theirs."""
     total = cost.copy()
     mixing = neighbor_mean(seen.neighbors)
     for _ in range(rounds):
-        belief = np.exp(-(total - total.min(axis=1, keepdims=True)) / 6.0)
+        belief = np.exp(-(total - total.min(axis=1, keepdims=True)) / _BELIEF)
         belief /= belief.sum(axis=1, keepdims=True)
         if fixed is not None:
             held = fixed >= 0
             belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
         total = cost + weight * (1 - mixing @ belief)
     return total
-
-
-def neighbor_mean(neighbors: IntArray) -> Any:
-    """Sparse matrix (V, V) that gives each vertex the mean of its neighbours (V, N)."""
-    import scipy.sparse as sp
-
-    count, width = neighbors.shape
-    rows = np.repeat(np.arange(count), width)
-    return sp.csr_matrix((np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count))
 
 
 def _lab(colors: FloatArray) -> FloatArray:

@@ -10,9 +10,23 @@ import torch
 from torch.distributions import Normal, kl_divergence
 
 from a2v.kinematics import HUMANACT12, SKELETONS, bone_lengths
+from a2v.kinematics.so3 import rotvec_to_rotmat
 from a2v.lab.motion.losses import gaussian_kl, vae_losses
 from a2v.lab.motion.networks import DECODERS, Pose, VAESettings
 from a2v.lab.motion.vae import MotionVAE, Reconstruction, States, shifted
+
+VARIANTS = [VAESettings(decoder=name) for name in DECODERS]
+VARIANTS += [VAESettings(decoder=name, roots="relative") for name in DECODERS]
+VARIANTS += [VAESettings(decoder=name, roots="relative", root_rotation=True) for name in DECODERS if name != "plain"]
+VARIANTS += [VAESettings(decoder="lie", root_rotation=True)]
+"""The four decoders, with and without what the journal adds."""
+
+
+def variant_name(settings):
+    return settings.decoder + " relative" * settings.relative + " W0" * settings.root_rotation
+
+
+every_variant = pytest.mark.parametrize("settings", VARIANTS, ids=variant_name)
 
 
 def parameters(module):
@@ -37,12 +51,27 @@ def test_sizes_of_table_3():
     assert model.generator.encoder.in_features == 115
 
 
-@pytest.mark.parametrize("decoder", DECODERS)
+def seen(pose, model):
+    """A pose (B, J, 3) as prior and generator see it, flat."""
+    return (pose - pose[:, :1] if model.settings.roots == "relative" else pose).flatten(1)
+
+
+def seen_by_posterior(joints, model):
+    """Poses (B, T, J, 3) as the posterior sees them, flat."""
+    if model.settings.roots == "absolute":
+        return joints.flatten(2)
+    told = joints - joints[:, :, :1]
+    told[:, 1:, 0] = joints[:, 1:, 0] - joints[:, :-1, 0]
+    told[:, 0, 0] = joints[:, 0, 0]
+    return told.flatten(2)
+
+
+@every_variant
 @pytest.mark.parametrize("name", ["humanact12", "cmu", "ntu_vibe"])
-def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
+def test_the_parallel_pass_equals_a_loop_over_frames(settings, name):
     skeleton = SKELETONS[name]
     torch.manual_seed(0)
-    model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(skeleton, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton))
     previous = shifted(joints)
     parallel = model.reconstruct(joints, actions, lengths, noise)
@@ -50,7 +79,7 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
     latent = parallel.posterior_mean + torch.exp(0.5 * parallel.posterior_logvar) * noise
     for t in range(joints.shape[1]):
         counter = torch.full((3, 1), (t + 1) / joints.shape[1], dtype=torch.float64)
-        context = torch.cat([previous[:, t].flatten(1), actions, counter], -1)[:, None]
+        context = torch.cat([seen(previous[:, t], model), actions, counter], -1)[:, None]
         mean, logvar, prior = model.prior(context, states.prior)
         assert torch.allclose(mean[:, 0], parallel.prior_mean[:, t], atol=1e-12)
         assert torch.allclose(logvar[:, 0], parallel.prior_logvar[:, t], atol=1e-12)
@@ -60,11 +89,11 @@ def test_the_parallel_pass_equals_a_loop_over_frames(decoder, name):
         states = states._replace(prior=prior, generator=generator, trajectory=states.trajectory if pose.state is None else pose.state)
 
 
-@pytest.mark.parametrize("decoder", DECODERS)
-def test_the_loop_is_a_fixed_point_of_the_parallel_pass(decoder):
+@every_variant
+def test_the_loop_is_a_fixed_point_of_the_parallel_pass(settings):
     """Fed with the poses that the loop fed to itself, the parallel pass must produce exactly these poses again."""
     torch.manual_seed(0)
-    model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(HUMANACT12, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs())
     own = model.reconstruct(joints, actions, lengths, noise, torch.zeros(3, dtype=torch.bool))
     latent = own.posterior_mean + torch.exp(0.5 * own.posterior_logvar) * noise
@@ -89,12 +118,12 @@ def test_teacher_forcing_is_per_sequence(decoder):
 def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
     """What `reconstruct` computes, written as one loop and left to autograd."""
     condition = model.condition(actions, joints.shape[1])
-    mean, logvar, _ = model.posterior(torch.cat([joints.flatten(2), condition], -1))
+    mean, logvar, _ = model.posterior(torch.cat([seen_by_posterior(joints, model), condition], -1))
     latent = mean + torch.exp(0.5 * logvar) * noise
     states, previous = model.initial_states(len(joints)), torch.zeros_like(joints[:, 0])
     poses, priors = [], []
     for t in range(joints.shape[1]):
-        context = torch.cat([previous.flatten(1), condition[:, t]], -1)[:, None]
+        context = torch.cat([seen(previous, model), condition[:, t]], -1)[:, None]
         prior_mean, prior_logvar, prior = model.prior(context, states.prior)
         outputs, generator = model.generator(torch.cat([context, latent[:, t : t + 1]], -1), states.generator)
         pose = model.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
@@ -108,12 +137,12 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
-@pytest.mark.parametrize("decoder", DECODERS)
-def test_gradients_flow_through_the_feedback(decoder, name):
+@every_variant
+def test_gradients_flow_through_the_feedback(settings, name):
     """All gradients of Eq. 12, some sequences fed their own poses, as autograd has them through a loop over frames."""
     torch.manual_seed(0)
     skeleton = SKELETONS[name]
-    model = MotionVAE(skeleton, 12, VAESettings(decoder=decoder)).double()
+    model = MotionVAE(skeleton, 12, settings).double()
     joints, actions, lengths, noise = (x.double() for x in inputs(skeleton, batch=4, frames=12))
     teacher = torch.tensor([False, True, False, False])
     gradients = []
@@ -176,6 +205,39 @@ def test_generated_bones_keep_their_lengths(decoder):
     joints = model.sample(actions[:, None].expand(-1, 40, -1), lengths, noise).joints
     measured = bone_lengths(joints, HUMANACT12)[..., 1:]
     assert (measured - lengths[:, None, 1:]).abs().max() < 1e-5
+
+
+@pytest.mark.parametrize("decoder", ["lie", "glmi-m", "glmi-r"])
+def test_the_body_turns_as_one_with_w0(decoder):
+    """Eq. 6 with j from 0: what W_0 turns keeps its shape, and nothing else of the pose depends on it."""
+    torch.manual_seed(0)
+    decode = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, root_rotation=True)).double().pose_decoder
+    lengths = inputs()[2].double()
+    outputs, previous = torch.randn(3, 2, decode.input_size).double(), torch.zeros(3, 2, 24, 3).double()
+    turned = torch.tensor([0.3, -0.5, 0.2], dtype=torch.float64)
+    poses = []
+    for vector in (torch.zeros(3, dtype=torch.float64), turned):
+        with torch.no_grad():  # W_0 alone, the same for all
+            decode.lie_output.weight[-3:], decode.lie_output.bias[-3:] = 0, torch.atanh(vector / torch.pi)
+        poses.append(decode(outputs, previous, lengths).joints)
+    still, moved = (pose - pose[:, :, :1] for pose in poses)
+    assert torch.allclose(moved, still @ rotvec_to_rotmat(turned).T, atol=1e-12)
+    assert (moved - still).abs().max() > 0.05
+
+
+@pytest.mark.parametrize("decoder", DECODERS)
+def test_relative_roots_do_not_know_where_the_body_is(decoder):
+    """Moved to another place, poses before are followed by the same ones there (absolute roots: by others)."""
+    joints, actions, lengths, noise = (x.double() for x in inputs())
+    away = torch.tensor([3.0, 0.5, -2.0], dtype=torch.float64)
+    differences = []
+    for roots in ("relative", "absolute"):
+        torch.manual_seed(0)
+        model = MotionVAE(HUMANACT12, 12, VAESettings(decoder=decoder, roots=roots)).double()
+        condition = model.condition(actions, joints.shape[1])
+        here, there = (model.decode(joints + place, condition, noise, lengths).joints for place in (0, away))
+        differences.append((there - here - away).abs().max())
+    assert differences[0] < 1e-10 < 0.01 < differences[1]
 
 
 def test_kl_agrees_with_torch():

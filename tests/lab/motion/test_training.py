@@ -68,6 +68,10 @@ def test_impossible_settings_are_refused():
         TrainSettings(balance=2)
     with pytest.raises(InputError, match="unknown decoder"):
         VAESettings(decoder="transformer")
+    with pytest.raises(InputError, match="unknown roots"):
+        VAESettings(roots="last")
+    with pytest.raises(InputError, match="'plain' has no rotations"):
+        VAESettings(decoder="plain", root_rotation=True)
 
 
 def test_rare_actions_are_learned_from_as_often_as_asked_for():

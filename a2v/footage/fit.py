@@ -11,13 +11,13 @@ from scipy.ndimage import gaussian_filter1d
 from a2v.body.anny import AnnyModel
 from a2v.body.fit import one_thread
 from a2v.body.lbfgs import minimize
-from a2v.body.pose_bank import COMPARED, load_pose_bank
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.registry import load_body_model
 from a2v.body.terms import geman_mcclure, likely_pose, outside, robust_sum
 from a2v.footage.figure import NAMES, Figure
 from a2v.footage.settings import FollowSettings
+from a2v.footage.starts import bridged, smooth_turns, smoother, starts
 from a2v.footage.track import Track
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotvec_to_rotmat
@@ -54,8 +54,6 @@ _LEVEL = 0.02
 SOLE = 0.02
 """Height of the landmarks of heel and toes over the sole, metres."""
 _ANGLE_WEIGHT = 0.1
-_STIFF = 20.0
-"""How much more accelerations count than places, as `_smoother` takes it."""
 _SCALES = (0.3, 0.3, 0.1)
 """Usual sizes of changes of orientation and angles, radians, and of places, metres."""
 _EVEN = 2.0
@@ -176,11 +174,11 @@ class FilmFit:
         """
         import torch
 
-        bank = _starts(track, points, self.model)
+        bank = starts(track, points, self.model)
         shape, tilt = (start.shape, start.tilt) if start is not None else self._calibrated(track, points, bank)
         figure = Figure(self.model, torch.from_numpy(shape))
         slope = torch.tensor(tilt, dtype=torch.float64)
-        root, angles = _smooth_turns(bank[0], _EVEN), gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest")
+        root, angles = smooth_turns(bank[0], _EVEN), gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest")
         place = gaussian_filter1d(self._places(track, root, angles, figure, tilt), _EVEN, axis=0, mode="nearest")
         window, done = self.settings.window, 0
         joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
@@ -208,7 +206,7 @@ class FilmFit:
 
         evidence = _Evidence(track, points)
         count = track.frames - kept
-        easy = torch.from_numpy(_smoother(count))
+        easy = torch.from_numpy(smoother(count))
         base = torch.from_numpy(start[0].copy())
         begun = [torch.zeros((track.frames, 3), dtype=torch.float64), *(torch.from_numpy(values.copy()) for values in start[1:])]
         free = [torch.zeros_like(values[kept:]).requires_grad_() for values in begun]
@@ -300,7 +298,7 @@ class FilmFit:
         z = -ahead * np.cos(down) - up * np.sin(down)
         cosine, sine = np.cos(track.yaw), np.sin(track.yaw)
         world = np.stack([cosine * right + sine * z, y, -sine * right + cosine * z], axis=-1)
-        world = _bridged(world, track)
+        world = bridged(world, track)
         placed: FloatArray = world - marks[:, trunk].mean(axis=1)
         return placed
 
@@ -343,28 +341,6 @@ def _believed_tilt(track: Track, height: float) -> float:
     return float(np.clip(np.median(below - np.arctan2(heels, track.focal) - track.tilt), -0.5, 0.5))
 
 
-def _smoother(count: int) -> FloatArray:
-    """(I + α D'D)^(-1/2), (count, count), of second differences D: in what it is multiplied with, smooth changes are as easy as jagged ones are hard.
-
-    L-BFGS needs hundreds of steps where neighbours in time hold each other, and tens where its unknowns are changed by this (a preconditioner).
-    """
-    if count < 3:
-        return np.eye(count)
-    second = np.diff(np.eye(count), n=2, axis=0)
-    values, vectors = np.linalg.eigh(np.eye(count) + _STIFF * second.T @ second)
-    found: FloatArray = (vectors / np.sqrt(values)) @ vectors.T
-    return found
-
-
-def _smooth_turns(rotmats: FloatArray, frames: float) -> FloatArray:
-    """Rotations (T, 3, 3), smooth over so many frames (standard deviation)."""
-    u, _, vt = np.linalg.svd(gaussian_filter1d(rotmats, frames, axis=0, mode="nearest"))
-    sign = np.ones((len(u), 3))
-    sign[:, 2] = np.linalg.det(u @ vt)
-    turned: FloatArray = (u * sign[:, None]) @ vt
-    return turned
-
-
 def _pseudo_huber(square: Tensor) -> Tensor:
     """2 (√(1 + x²) - 1) of x²: like the square where it is small, and linear beyond."""
     return 2 * ((1 + square).sqrt() - 1)
@@ -378,55 +354,3 @@ def _acceleration(values: Tensor, times: FloatArray) -> Tensor:
     speed = (values[1:] - values[:-1]) / steps
     found: Tensor = 2 * (speed[1:] - speed[:-1]) / (steps[1:] + steps[:-1])
     return found
-
-
-def _bridged(values: FloatArray, track: Track) -> FloatArray:
-    """Values (T, n) with those of frames in which nobody is seen between the others'."""
-    at, seen = np.arange(track.frames), track.seen
-    flat = values.reshape(len(values), -1)
-    columns: list[FloatArray] = [np.interp(at, at[seen], flat[seen, column]) for column in range(flat.shape[1])]
-    filled: FloatArray = np.stack(columns, axis=1).reshape(values.shape)
-    return filled
-
-
-def _starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
-    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by frame, in the world."""
-    bank = load_pose_bank(model)
-    index = [LANDMARK_INDEX[name] for name in COMPARED]
-    own = points[:, index].astype(np.float64)
-    frames = _trunks(own)
-    own = own - own[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(axis=1, keepdims=True)
-    local = np.einsum("tab,tca->tcb", frames, own)
-    theirs = _trunks(bank.points.astype(np.float64))
-    known = np.einsum("nab,nca->ncb", theirs, bank.points)
-    weight = np.sqrt(track.weights[:, index] + 1e-3)[..., None]
-    flat = known.reshape(len(known), -1)
-    roots, angles = np.zeros((track.frames, 3, 3)), np.zeros((track.frames, bank.angles.shape[1]))
-    for frame in range(track.frames):
-        if not track.seen[frame]:
-            continue
-        square = np.broadcast_to(weight[frame] ** 2, local[frame].shape).ravel()
-        gap = flat**2 @ square - 2 * flat @ (square * local[frame].ravel())
-        nearest = int(gap.argmin())
-        cosine, sine = np.cos(track.yaw[frame]), np.sin(track.yaw[frame])
-        turned = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
-        roots[frame] = turned @ frames[frame] @ theirs[nearest].T @ bank.roots[nearest]
-        angles[frame] = bank.angles[nearest]
-    last = int(np.flatnonzero(track.seen)[0])
-    for frame in range(track.frames):  # whoever is not seen stays as they were
-        if track.seen[frame]:
-            last = frame
-        roots[frame], angles[frame] = roots[last], angles[last]
-    return roots, angles
-
-
-def _trunks(points: FloatArray) -> FloatArray:
-    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`: columns left, up, ahead."""
-    at = {name: points[:, COMPARED.index(name)] for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")}
-    left = at["left_shoulder"] - at["right_shoulder"] + at["left_hip"] - at["right_hip"]
-    up = at["left_shoulder"] + at["right_shoulder"] - at["left_hip"] - at["right_hip"]
-    up = up / np.maximum(np.linalg.norm(up, axis=-1, keepdims=True), 1e-9)
-    left = left - (left * up).sum(-1, keepdims=True) * up
-    left = left / np.maximum(np.linalg.norm(left, axis=-1, keepdims=True), 1e-9)
-    return np.stack([left, up, np.cross(left, up)], axis=-1)
-

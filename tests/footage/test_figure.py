@@ -8,8 +8,8 @@ import torch
 from a2v.body import load_body_model
 from a2v.body.pose_space import pose_space
 from a2v.footage.figure import JOINTS, NAMES, Figure
-from a2v.footage.fit import _smoother
 from a2v.footage.modes import steady_depths
+from a2v.footage.starts import STIFF, smoother
 from a2v.kinematics.names import LANDMARK_INDEX, LIMBS_BY_HEIGHT
 from a2v.kinematics.so3 import rotvec_to_rotmat
 
@@ -52,6 +52,6 @@ def test_a_forearm_that_jumps_to_the_back_for_a_frame_stays_in_front():
 def test_the_preconditioner_undoes_the_stiffness():
     count = 12
     second = np.diff(np.eye(count), n=2, axis=0)
-    stiff = np.eye(count) + 20 * second.T @ second
-    smoother = _smoother(count)
-    assert np.allclose(smoother @ stiff @ smoother, np.eye(count), atol=1e-9)
+    stiff = np.eye(count) + STIFF * second.T @ second
+    easy = smoother(count)
+    assert np.allclose(easy @ stiff @ easy, np.eye(count), atol=1e-9)

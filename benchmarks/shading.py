@@ -24,7 +24,8 @@ from a2v.lab.evaluation.reconstruction.cases import Case
 from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.perception import find_person
 from a2v.reconstruction import ColorSettings
-from a2v.reconstruction.backends import backend_of, color_by_photo
+from a2v.reconstruction.backends import backend_of
+from a2v.reconstruction.colorings import color_by_photo
 from a2v.rendering.viewpoint import find_viewpoint, soles_slope
 from a2v.types import BoolArray, FloatArray, Reconstruction, Subject, Surface
 

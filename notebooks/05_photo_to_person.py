@@ -28,7 +28,7 @@ import trimesh
 from a2v import PhotoCamera, Subject
 from a2v.body import flattened
 from a2v.reconstruction import ImplicitSettings, body_prior_surface, implicit_surface
-from a2v.reconstruction.backends import color_by_network, color_by_photo, color_mirrored
+from a2v.reconstruction.colorings import color_by_network, color_by_photo, color_mirrored
 from a2v.reconstruction.implicit import ImplicitModel
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body, Reconstruction

@@ -20,7 +20,7 @@ from PIL import Image
 from a2v.errors import A2VError
 from a2v.io import atomic_path
 from a2v.reconstruction import ColorSettings
-from a2v.reconstruction.backends import color_by_photo
+from a2v.reconstruction.colorings import color_by_photo
 from a2v.rendering.preview import PreviewStyle, preview_surface
 from a2v.types import Body, PhotoCamera, Reconstruction, Subject
 from pipelines.engine.store import Store

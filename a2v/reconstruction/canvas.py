@@ -38,6 +38,10 @@ _SAMPLES = 600
 """Pixels of a part that are compared, at most."""
 _LEAST = 30
 """Pixels of a part that are needed."""
+_CLOTH = 0.4
+"""Cloth of which a larger share looks like skin is not told from it."""
+_HEM = 0.1
+"""Up to so far from cloth that hangs before legs, metres, it may hang otherwise in the photo."""
 STEP = 2
 """Pixels of the photo a side that share an answer."""
 
@@ -59,6 +63,8 @@ class Canvas:
         For each part how far, 0 to 255, the photo's pixels are its own.
     hands : (3,), optional
         Colour of hands that are not seen, sRGB in [0, 1]; None where nobody knows, or they wear gloves.
+    loose : (V,) bool, optional
+        Vertices of cloth that is no skin's: a skirt.
     """
 
     rest: FloatArray
@@ -67,6 +73,7 @@ class Canvas:
     atlas: Atlas
     agreement: ByteArray
     hands: FloatArray | None = None
+    loose: BoolArray | None = None
 
     def agrees(self, pixels: FloatArray, parts: IntArray) -> FloatArray:
         """How far (N,), 0 to 1, the photo's `pixels` (N, 2) are of the `parts` (N,)."""
@@ -156,8 +163,9 @@ def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: 
     height, width = (side // STEP for side in subject.mask.shape)
     shown = parts_shown(surface, parts, camera, (height, width))
     told = None if subject.bodymap is None else _parts_of_map(subject.bodymap, (height, width))
-    if told is not None and clues.loose.any():
-        told[:, parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1] = 0.0
+    hanging = parts_shown(surface, clues.loose.astype(np.int64), camera, (height, width)) == 1 if clues.loose.any() else np.zeros((height, width), bool)
+    if told is not None:
+        told[:, hanging] = 0.0
     apart, result = strangers(), np.full((len(PARTS), height, width), 255, np.uint8)
     scale = camera.scale / STEP
     palettes = _Palettes(cv2.resize(subject.image, (width, height), interpolation=cv2.INTER_AREA), shown, apart, scale)
@@ -178,7 +186,23 @@ def part_agreement(surface: Surface, parts: IntArray, subject: Subject, camera: 
         within = clues.within(part)
         if within is not None:
             result[part][~within] = 0
+    if hanging.any() and clues.skin is not None and clues.skin[hanging].mean() < _CLOTH:
+        bare_legs(result, hanging, clues.skin, scale)
     return result
+
+
+def bare_legs(agreement: ByteArray, hanging: BoolArray, skin: BoolArray, scale: float) -> None:
+    """Around the hem of cloth that is seen `hanging` (h, w), legs take what is `skin` (h, w) alone, and the cloth what is none: as it hung in the photo, it hangs no more.
+
+    `agreement` (P, h, w) is changed; `scale` is pixels per metre.
+    """
+    import cv2
+
+    near = cv2.distanceTransform((~hanging).astype(np.uint8), cv2.DIST_L2, 5) < _HEM * scale
+    for part, name in enumerate(PARTS):
+        if name.endswith(("thigh", "shin")):
+            agreement[part][near & ~skin] = 0
+    agreement[PARTS.index("torso")][hanging & skin] = 0
 
 
 class _Palettes:

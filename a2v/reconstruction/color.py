@@ -264,6 +264,7 @@ def _continued(photo: PhotoProjection, mesh: ColoredMesh, shown: _Shown, *, spot
         vertices=mesh.vertices, colors=mesh.colors, known=known, parts=spots.parts,
         front=seen_before(pixels, outer, spots.parts), twin=find_twins(spots, known=known, clear=square, neighbors=neighbors),
         scalp=spots.scalp, bare=spots.bare, neighbors=neighbors, skin=skin, face=face | shown.mouth,
+        rest=None if photo.canvas is None else photo.canvas.rest, cloth=None if photo.canvas is None else photo.canvas.loose,
     )  # fmt: skip
     return continue_photo(seen, mesh.faces, mesh.normals, photo.clean, photo.camera)
 

@@ -90,10 +90,10 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     size = arms.shape[:0:-1]
     lab = np.asarray(rgb2lab(cv2.resize(subject.image, size, interpolation=cv2.INTER_AREA)), np.float64)
     column, row = (subject.face[:, :2] / step).astype(np.int64).T
-    known = [_lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])]
+    known = [lit_skin(lab[np.clip(row, 0, size[1] - 1), np.clip(column, 0, size[0] - 1)])]
     for number, side in enumerate(("left", "right")):
         if subject.hands is not None and subject.hands[number, 0, 3] > 0:
-            known.append(_lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
+            known.append(lit_skin(lab[arms[PARTS.index(f"{side}_hand")]]))
     tones = [tone for tone in known if tone is not None]
     if known[0] is None:
         return None
@@ -105,7 +105,7 @@ def bare_hands(subject: Subject, arms: BoolArray, step: int) -> BoolArray | None
     return np.asarray(like)
 
 
-def _lit_skin(lab: FloatArray) -> FloatArray | None:
+def lit_skin(lab: FloatArray) -> FloatArray | None:
     """Tone (3,), CIELAB, of the lighter half of what has skin's hues among colours (n, 3): hair and shadow are darker; None where little has."""
     hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
     skin = lab[(hue > _SKIN_HUES[0]) & (hue < _SKIN_HUES[1]) & (np.hypot(lab[:, 1], lab[:, 2]) > _COLOURED)]

@@ -104,7 +104,7 @@ def _films(options: Options, method: str) -> tuple[dict[str, list[ByteArray]], P
 
 def _mirrored(options: Options, parameters: Parameters, graph: Any) -> dict[str, Any]:
     """The backend's surface in the photo's colours, mirrored behind, instead of the pipeline's colours."""
-    from a2v.reconstruction.backends import color_mirrored
+    from a2v.reconstruction.colorings import color_mirrored
 
     outcome = options.running.run(["surface", "subject", "body", "photo_camera"], parameters, graph=graph)
     person, subject = outcome.get("surface", Reconstruction), outcome.get("subject", Subject)

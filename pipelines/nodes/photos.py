@@ -130,7 +130,7 @@ def shaded_by_photos(surface_with_face: Ref[Reconstruction], each_subject: np.nd
 
 
 def _colored(surface_with_face: Ref[Reconstruction], each_subject: Any, each_surface: Any, surface_fit: Any, color: ColorSettings) -> Surface:
-    from a2v.reconstruction.backends import color_by_photo
+    from a2v.reconstruction.colorings import color_by_photo
 
     main, *others = _sights(each_subject, each_surface, surface_fit)
     colored = color_by_photo(get(surface_with_face, Reconstruction), main.subject, main.body, main.camera, settings=color, progress=progress(), others=others)

@@ -86,7 +86,7 @@ def shaded_surface(
 def _colored(
     surface_with_face: Ref[Reconstruction], subject: Ref[Subject], body: Ref[Body], photo_camera: Ref[PhotoCamera], color: ColorSettings
 ) -> Surface:
-    from a2v.reconstruction.backends import color_by_photo
+    from a2v.reconstruction.colorings import color_by_photo
 
     person, fitted, camera = get(surface_with_face, Reconstruction), get(body, Body), get(photo_camera, PhotoCamera)
     return color_by_photo(person, get(subject, Subject), fitted, camera, settings=color, progress=progress())

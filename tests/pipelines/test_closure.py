@@ -94,6 +94,7 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
     [
         ("a2v/rendering/scene.py", {"frame"}, {"surface", "colored_surface", "camera", "clip"}),
         ("a2v/lab/studio/lighting.py", set(), set(STEPS)),
+        ("a2v/reconstruction/color.py", {"colored_surface"}, {"surface", "photo_body", "body", "surface_with_face"}),
         ("a2v/geometry/rays.py", {"surface", "colored_surface", "photo_body", "body"}, {"motion", "frame", "vertices"}),
         ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "vertices"}),
         ("a2v/sessions.py", {"motion", "surface", "subject"}, {"frame", "photo_body"}),

@@ -16,7 +16,7 @@ from a2v.lab.studio.guide import Guide
 from a2v.lab.studio.guide_errors import disturb, girth_errors
 from a2v.lab.studio.posing import Pose, PoseLibrary, joint_noise, natural_pose, open_pose
 from a2v.lab.studio.settings import StudioSettings
-from a2v.lab.studio.solid import PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
+from a2v.lab.studio.solid import OPEN_RAYS, PhotoFrame, Solid, caps, open_faces, smooth_normals, weld
 from a2v.lab.studio.stances import draw_stance
 from a2v.lab.studio.stand import PreparedAvatar, Sitting, Stand, draw_outfit, stand
 from a2v.lab.studio.things.clutter import NOTHING, Clutter, among
@@ -103,11 +103,11 @@ def sort_faces(avatar: Avatar) -> FaceKinds:
     wig = np.isin(
         avatar.mesh_ids, [index for index, name in enumerate(avatar.mesh_names) if "wig" in name.lower() or "hair" in name.lower()]
     )
-    outer = open_faces(rest, avatar.faces, rays=24)
+    outer = open_faces(rest, avatar.faces, rays=OPEN_RAYS)
     bare = outer
     if wig.any():
         bare = np.ones(len(wig), bool)
-        bare[~wig] = open_faces(rest, avatar.faces[~wig], rays=24)
+        bare[~wig] = open_faces(rest, avatar.faces[~wig], rays=OPEN_RAYS)
     head = avatar.parts[avatar.faces].max(axis=1) == PARTS.index("head")
     wall = bare | ~head | wig
     return FaceKinds(

@@ -50,6 +50,10 @@ def winding_number(vertices: FloatArray, faces: IntArray, points: FloatArray) ->
     return np.asarray(igl.fast_winding_number(*mesh, np.ascontiguousarray(points, np.float64)))
 
 
+OPEN_RAYS = 24
+"""Rays of each face by which people's faces are sorted into those that are seen from somewhere and others."""
+
+
 def open_faces(vertices: FloatArray, faces: IntArray, *, rays: int = 96, share: float = 0.04, seed: int = 0) -> BoolArray:
     """Faces (F,) that see at least `share` of the hemisphere around their normal: not those of mouths, scalps under wigs and eyes' backs."""
     scene = RayScene(vertices, faces)

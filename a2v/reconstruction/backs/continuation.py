@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from a2v.body.parts import PARTS
 from a2v.geometry.images import sample_image
 from a2v.reconstruction.backs.exemplar import BROAD, Exemplar, make_exemplar
 from a2v.reconstruction.backs.frames import unrolling
-from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface, neighbor_mean
+from a2v.reconstruction.backs.labels import HAIR, HANDS, KINDS, LOWER, SHOES, SKIN, UPPER, Seen, label_surface
 from a2v.reconstruction.backs.matching import Unrolled, match_surface
+from a2v.reconstruction.backs.pieces import neighbor_mean
+from a2v.reconstruction.backs.rings import around
 from a2v.types import BoolArray, FloatArray, IntArray, OrthographicCamera
 
 TRUST = np.array([1.0, 0.1, 0.05, 0.5, 0.5, 1.0])
@@ -88,6 +91,9 @@ def continue_photo(
     import cv2
 
     labels, strange = label_surface(seen)
+    if seen.rest is not None:
+        parts = seen.parts if seen.cloth is None else np.where(seen.cloth, PARTS.index("torso"), seen.parts)
+        labels = around(labels, seen.rest, parts, seen.known)
     vertices = np.asarray(seen.vertices, np.float64)
     twins = (seen.twin >= 0) & (labels[seen.twin] == labels)
     shown = np.where(twins, seen.twin, np.arange(len(labels)))  # what stands for each vertex in the photo, if not what is before it

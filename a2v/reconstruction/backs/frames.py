@@ -6,7 +6,7 @@ import numpy as np
 
 from a2v.body.parts import PARTS
 from a2v.geometry.vectors import unit
-from a2v.reconstruction.backs.labels import neighbor_mean
+from a2v.reconstruction.backs.pieces import neighbor_mean
 from a2v.types import FloatArray, IntArray
 
 

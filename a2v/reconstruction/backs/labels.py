@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from a2v.body.parts import PARTS, on_parts
+from a2v.reconstruction.backs.pieces import joined_pieces, neighbor_mean
 from a2v.types import BoolArray, FloatArray, IntArray
 
 KINDS: tuple[str, ...] = ("unsure", "skin", "hair", "upper", "lower", "shoes")
@@ -169,6 +169,10 @@ class Seen:
         The face's colour, sRGB; None if it was not seen.
     face : (V,) bool
         Vertices within the face, of which nothing is continued.
+    rest : (V, 3), optional
+        Where they are at rest, metres: garments' borders run around the body there. None: borders are as they are found.
+    cloth : (V,) bool, optional
+        What is neither skin nor hair nor shoe: a layer that hangs.
     """
 
     vertices: FloatArray
@@ -182,6 +186,8 @@ class Seen:
     neighbors: IntArray
     skin: FloatArray | None
     face: BoolArray
+    rest: FloatArray | None = None
+    cloth: BoolArray | None = None
 
     def on(self, *names: str) -> BoolArray:
         """Which vertices (V,) lie on the parts of these names."""
@@ -227,6 +233,8 @@ def label_surface(seen: Seen) -> tuple[IntArray, BoolArray]:
     for column, kind in enumerate(kinds):
         cost[~seen.on(*allowed_parts(int(kind))), column] += _NEVER
         cost[:, column] += _reluctance(seen, int(kind), palettes)
+        if seen.cloth is not None and kind not in (UPPER, LOWER):
+            cost[seen.cloth, column] += _NEVER
     front = _smoothed(seen, np.minimum(cost, _NEVER), fixed=None, rounds=_FRONT_ROUNDS)
     chosen = front.argmin(axis=1)
     # behind: a blurred expectation is less of a witness than the photo, and what stands before it another one
@@ -300,18 +308,6 @@ def loose_hair(seen: Seen, labels: IntArray) -> BoolArray:
     return np.asarray(hair & ~held[piece])
 
 
-def joined_pieces(chosen: BoolArray, neighbors: IntArray) -> IntArray:
-    """Number (V,) of the piece that each vertex belongs to: `chosen` (V,) ones next to each other (`neighbors` (V, N)) are one, others alone."""
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
-    count, width = neighbors.shape
-    ends = np.repeat(np.arange(count), width), neighbors.ravel()
-    joined = chosen[ends[0]] & chosen[ends[1]]
-    graph = sp.csr_matrix((np.ones(joined.sum()), (ends[0][joined], ends[1][joined])), (count, count))
-    return np.asarray(connected_components(graph, directed=False)[1])
-
-
 def _palettes(seen: Seen, lab: FloatArray) -> dict[int, FloatArray]:
     """Typical CIELAB colours (n, 3) of each label that the photo shows."""
     from skimage.color import rgb2lab
@@ -382,15 +378,6 @@ def _smoothed(seen: Seen, cost: FloatArray, *, fixed: IntArray | None, rounds: i
             belief[held] = np.arange(cost.shape[1]) == fixed[held][:, None]
         total = cost + weight * (1 - mixing @ belief)
     return total
-
-
-def neighbor_mean(neighbors: IntArray) -> Any:
-    """Sparse matrix (V, V) that gives each vertex the mean of its neighbours (V, N)."""
-    import scipy.sparse as sp
-
-    count, width = neighbors.shape
-    rows = np.repeat(np.arange(count), width)
-    return sp.csr_matrix((np.full(count * width, 1.0 / width), (rows, neighbors.ravel())), (count, count))
 
 
 def _lab(colors: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from a2v.body.spots import Spots
-from a2v.reconstruction.backs.labels import joined_pieces
+from a2v.reconstruction.backs.pieces import joined_pieces
 from a2v.types import BoolArray, IntArray
 
 NEAR = 0.03

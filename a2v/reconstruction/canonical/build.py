@@ -14,11 +14,12 @@ from a2v.geometry.mesh import vertex_normals
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canonical.face import NO_FACE, Laid, face_on, lay_face
 from a2v.reconstruction.canonical.hanging import hangs_between_legs
+from a2v.reconstruction.canonical.hem import skirt_hem
 from a2v.reconstruction.canonical.observe import View, observe, ray_normals
 from a2v.reconstruction.canonical.settings import CharacterSettings
 from a2v.reconstruction.canonical.several import Sight, face_of, merged
 from a2v.reconstruction.canonical.shape import RestMesh, solve_offsets
-from a2v.reconstruction.canonical.skirt import covered, make_skirt, skirt_faces, with_skirt
+from a2v.reconstruction.canonical.skirt import BELOW, covered, make_skirt, skirt_faces, with_skirt
 from a2v.reconstruction.canonical.topology import Topology, topology
 from a2v.reconstruction.canonical.wear import flat_soles, in_shoes, in_tips, without_anatomy
 from a2v.reconstruction.canvas import surroundings_taken
@@ -63,14 +64,15 @@ def canonical_person(
     """
     mesh, person = topology(), sight.person
     sights, shown, laid, poses, shod = _shod([sight, *others], face or FaceSettings())
-    hangs = hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera) if hangs is None else hangs
+    hem = skirt_hem(sight.subject, sight.body, sight.camera) if hangs is None else None
+    hangs = (hem is not None or hangs_between_legs(person.surface, sight.body, sight.subject, sight.camera)) if hangs is None else hangs
     body, at_rest = sights[0].body, mesh.refined(without_anatomy(sights[shown].body, shod))
     parts = body.parts[mesh.nearest].astype(np.int64)
     rest = RestMesh(vertices=at_rest, faces=mesh.faces, parts=parts, twin=mesh.twin)
     asked = mesh.skin & ~on_parts(parts, *HANDS) & ~laid.around(mesh, at_rest) & ~in_tips(body, at_rest, parts)
-    skirt = make_skirt(person.surface, body, without_anatomy(body, shod)) if hangs else None
+    skirt = make_skirt(person.surface, body, without_anatomy(body, shod), None if hem is None else hem[0]) if hangs else None
     if skirt is not None:
-        asked &= ~covered(skirt, at_rest, parts)
+        asked &= ~covered(skirt, at_rest, parts, skirt.hem if hem is None else hem[1] - BELOW)
     sole = on_parts(parts, "left_foot", "right_foot") & (ray_normals(at_rest, mesh.faces)[:, 1] < _DOWN)
     observed, weight = _observed(sights, poses, rest, asked, near=settings.near)
     offset = solve_offsets(rest, observed, weight * ~sole, fixed=~asked, smoothing=settings.smoothing)

@@ -31,7 +31,7 @@ def canvas_of(surface: Surface, subject: Subject, body: Body, camera: Camera, *,
     agreement = part_agreement(surface, parts, subject, camera.flat, clues=clues)
     return Canvas(
         rest=surface.standing.vertices.astype(np.float64), parts=parts, twin=np.concatenate([topology().twin, own + skirt_twins(hanging)]),
-        atlas=layout(size, hanging), agreement=agreement, hands=clues.tone(subject.image),
+        atlas=layout(size, hanging), agreement=agreement, hands=clues.tone(subject.image), loose=clues.loose,
     )  # fmt: skip
 
 

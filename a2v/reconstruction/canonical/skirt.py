@@ -39,6 +39,8 @@ _SMOOTH = 0.03
 """Metres over which displacements are smoothed."""
 _BREAK = 3
 """So many rows without cloth between the legs end it."""
+BELOW = 0.05
+"""So far below the lowest place of a hem that the photo shows, metres, legs are bare: the surface steps in there."""
 _LEAST = 0.15
 """What is shorter, metres, is a displacement of the trunk."""
 _STEPS = (0.04, 0.65)
@@ -72,8 +74,11 @@ class Skirt:
     hem: float
 
 
-def make_skirt(surface: Surface, body: Body, rest: FloatArray) -> Skirt | None:
-    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices at rest are `rest` (V, 3); None where it is too short to hang."""
+def make_skirt(surface: Surface, body: Body, rest: FloatArray, hem: float | None = None) -> Skirt | None:
+    """The skirt of a reconstructed surface (closed, in the photo's pose), on a body whose vertices at rest are `rest` (V, 3); None where it is too short to hang.
+
+    It ends at the height `hem`, metres at rest; None: where the surface steps back to the legs.
+    """
     from scipy.spatial import cKDTree
 
     skin = np.asarray(rest[: SKIN.stop], np.float64)
@@ -85,14 +90,14 @@ def make_skirt(surface: Surface, body: Body, rest: FloatArray) -> Skirt | None:
     moved = body.bone_transforms.astype(np.float64) @ np.linalg.inv(body.rest_transforms.astype(np.float64))
     turn = np.einsum("nk,nkab->nab", four, moved[bones][..., :3, :])
     posed = np.einsum("nab,nb->na", turn[..., :3], base) + turn[..., 3]
-    rows = _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12)
+    rows = _rows_of_cloth(surface, posed.reshape(len(heights), COLUMNS, 3), heights < hips[1] - 0.12) if hem is None else int((heights >= hem).sum())
     if heights[0] - heights[rows - 1] < _LEAST:
         return None
     count = rows * COLUMNS
     base, four, bones, posed = base[:count], four[:count], bones[:count], posed[:count]
     faces = _tube(rows)
     found, known = _observed(surface, posed, faces, body)
-    rows = _hem(found, known, rows)
+    rows = _hem(found, known, rows) if hem is None else rows
     count = rows * COLUMNS
     base, four, bones, found, known, faces = base[:count], four[:count], bones[:count], found[:count], known[:count], _tube(rows)
     twin = np.arange(count).reshape(rows, COLUMNS)[:, -np.arange(COLUMNS) % COLUMNS].ravel()
@@ -111,10 +116,10 @@ def make_skirt(surface: Surface, body: Body, rest: FloatArray) -> Skirt | None:
     )
 
 
-def covered(skirt: Skirt, rest: FloatArray, parts: IntArray) -> BoolArray:
-    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no clothes of its own."""
+def covered(skirt: Skirt, rest: FloatArray, parts: IntArray, lowest: float) -> BoolArray:
+    """Which vertices (V, 3) at rest, on `parts` (V,), lie under the skirt, where the body has no clothes of its own: down to the height `lowest`, metres."""
     low, top = on_parts(parts, "torso", "left_thigh", "left_shin", "right_thigh", "right_shin"), float(skirt.vertices[:, 1].max())
-    return np.asarray(low & (rest[:, 1] > skirt.hem) & (rest[:, 1] < top - _TUCKED))
+    return np.asarray(low & (rest[:, 1] > min(lowest, skirt.hem)) & (rest[:, 1] < top - _TUCKED))
 
 
 def with_skirt(standing: Standing, skirt: Skirt) -> Standing:

@@ -10,10 +10,11 @@ import pytest
 
 from a2v.animation import skin_of
 from a2v.body import load_body_model, make_body
+from a2v.body.face import EYES, teeth
 from a2v.kinematics import rotvec_to_rotmat
 from a2v.lab.evaluation.moved.carry import carried
 from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase, open_moved_case
-from a2v.lab.evaluation.moved.measures import MovedSettings, compare_moved, move, of_other_parts, torn_share
+from a2v.lab.evaluation.moved.measures import MovedSettings, compare_moved, move, of_other_parts, outer_faces, torn_share
 from a2v.lab.evaluation.moved.panels import MOVED_PANELS
 from a2v.lab.evaluation.moved.sheets import moved_rows
 from a2v.lab.evaluation.moved.tables import MovedOutcome, moved_table, photo_table
@@ -22,7 +23,9 @@ from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
 from a2v.lab.studio.ordinary import ORDINARY, arm_reaching, draw_ordinary
 from a2v.lab.studio.stand import prepare_avatar
 from a2v.lab.studio.variation import REPORT_IDENTITIES, VALIDATION_IDENTITIES, split_of
-from a2v.types import Body
+from a2v.reconstruction.canonical.build import with_teeth
+from a2v.reconstruction.canonical.topology import topology
+from a2v.types import Body, Surface
 from pipelines.cli import main
 from tests.support.bodies import subject_of
 
@@ -92,6 +95,17 @@ def test_colors_of_other_parts_are_those_that_the_truth_has_elsewhere() -> None:
     colors = np.concatenate([np.tile(cloth, (30, 1)), np.tile(skin, (30, 1)), np.tile(odd, (30, 1))])
     wrong = of_other_parts(mine, colors, np.concatenate([belly, hand]), truth)
     assert wrong.tolist() == [False] * 30 + [True] * 30 + [False] * 30
+
+
+def test_the_mouth_from_within_is_no_part_of_what_is_seen(rest_body: Body) -> None:
+    mesh = topology()
+    vertices = mesh.refined(with_teeth(rest_body)[1])
+    seen = np.zeros(len(mesh.faces), bool)
+    seen[outer_faces(Surface(vertices=vertices.astype(np.float32), faces=mesh.faces.astype(np.int32), colors=np.zeros(vertices.shape, np.float32)))] = True
+    of_teeth = ((mesh.faces >= EYES.stop) & (mesh.faces < mesh.first + len(teeth().vertices))).all(axis=1)
+    assert of_teeth.sum() > 100
+    assert seen[of_teeth].mean() < 0.05
+    assert seen[mesh.skin[mesh.faces].all(axis=1)].mean() > 0.9
 
 
 @pytest.fixture(scope="module")

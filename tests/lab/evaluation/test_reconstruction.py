@@ -44,7 +44,7 @@ from a2v.lab.studio.makehuman.named import NAMED_PEOPLE
 from a2v.lab.studio.settings import StudioSettings
 from a2v.lab.studio.stances import STANCES
 from a2v.lab.studio.variation import REPORT_IDENTITIES, split_of
-from a2v.reconstruction.backends import COLORINGS
+from a2v.reconstruction.colorings import COLORINGS
 from a2v.types import OrthographicCamera, PhotoCamera, Reconstruction, Subject, Surface
 from pipelines.cli import main
 

@@ -12,8 +12,9 @@ from a2v.errors import InputError
 from a2v.geometry.mesh import is_closed
 from a2v.lab.papers import PapersSettings, papers_surface
 from a2v.lab.papers.models import DEPTH_FACTOR, PIFuGeometry
-from a2v.reconstruction.backends import color_by_photo, reconstruct
+from a2v.reconstruction.backends import reconstruct
 from a2v.reconstruction.color import ColorSettings
+from a2v.reconstruction.colorings import color_by_photo
 from a2v.reconstruction.implicit.inputs import make_frame
 from tests.support.checkpoints import pifu_color, saved, slab
 

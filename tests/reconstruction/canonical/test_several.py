@@ -90,9 +90,9 @@ def test_an_exposure_is_found_by_parts_that_both_photos_show():
 def test_a_person_before_and_behind_has_the_colours_of_both_photos():
     """The same body photographed in red from before and in blue from behind."""
     from a2v.reconstruction import ColorSettings
-    from a2v.reconstruction.backends import color_by_photo
     from a2v.reconstruction.canonical import canonical_person
     from a2v.reconstruction.canonical.several import Sight
+    from a2v.reconstruction.colorings import color_by_photo
     from a2v.types import Reconstruction
     from tests.support.bodies import near_view, random_body, turned
     from tests.support.surfaces import coated

@@ -17,6 +17,7 @@ from a2v.lab.evaluation.moved.cases import POSES, T_POSE, MovedCase
 from a2v.lab.evaluation.reconstruction.alignment import Scan, align
 from a2v.lab.evaluation.reconstruction.maps import camera_of_crop, surface_maps
 from a2v.lab.evaluation.reconstruction.measures import image_scores, sample_surface
+from a2v.lab.studio.solid import OPEN_RAYS, open_faces
 from a2v.lab.studio.texture import texture_at
 from a2v.types import BoolArray, Camera, Character, FloatArray, IntArray, OrthographicCamera, Subject, Surface
 
@@ -154,12 +155,18 @@ def _edges(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _other_colors(case: MovedCase, moved: Moved, pose: int, settings: MovedSettings) -> float:
-    """Share of the character's surface that has another part's colour."""
+    """Share of what can be seen of the character that has another part's colour; of both, the mouth from within is left out."""
     surface = moved.surface(pose)
     true = dataclasses.replace(case.surface, vertices=case.vertices[pose])
-    mine, colors = colored_points(surface, np.arange(len(surface.faces)), settings.colored, settings.seed)
+    mine, colors = colored_points(surface, outer_faces(surface), settings.colored, settings.seed)
     theirs, truth = colored_points(true, case.outer, settings.points, settings.seed + 1)
     return float(of_other_parts(mine, colors, theirs, truth).mean())
+
+
+def outer_faces(surface: Surface) -> IntArray:
+    """Numbers (n,) of the faces that are seen from somewhere, by the rule that sorts the truth's: not those of the mouth from within."""
+    faces = surface.faces.astype(np.int64)
+    return np.flatnonzero(open_faces(surface.vertices, faces, rays=OPEN_RAYS))
 
 
 def of_other_parts(points: FloatArray, colors: FloatArray, true_points: FloatArray, true_colors: FloatArray) -> BoolArray:

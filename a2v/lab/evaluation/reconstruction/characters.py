@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from a2v.body import FitResult, fit_body
 from a2v.body.settings import FitSettings
 from a2v.body.together import fit_together
-from a2v.reconstruction.backends import DEFAULT_BACKEND, color_by_photo, reconstruct, settings_of
+from a2v.reconstruction.backends import DEFAULT_BACKEND, reconstruct, settings_of
 from a2v.reconstruction.canonical import Sight, canonical_person
+from a2v.reconstruction.colorings import color_by_photo
 from a2v.types import Subject, Surface
 
 

@@ -14,7 +14,8 @@ from a2v.lab.evaluation.reconstruction.maps import mask_in_photo
 from a2v.lab.evaluation.reconstruction.measures import Truth
 from a2v.lab.evaluation.reconstruction.settings import BenchmarkSettings
 from a2v.processes import safe_children
-from a2v.reconstruction.backends import ABLATIONS, COLORINGS, DEFAULT_BACKEND, NAMES, backend_of
+from a2v.reconstruction.backends import ABLATIONS, DEFAULT_BACKEND, NAMES, backend_of
+from a2v.reconstruction.colorings import COLORINGS
 from a2v.types import ByteArray, Subject, Surface
 
 if TYPE_CHECKING:

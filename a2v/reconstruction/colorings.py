@@ -1,0 +1,94 @@
+"""The ways to colour what a backend gives, by name; apart from the backends, so that other colours leave remembered surfaces alone."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from a2v.errors import InputError
+from a2v.geometry.images import sample_image
+from a2v.reconstruction.canonical.several import Sight
+from a2v.reconstruction.color import ColorEvidence, ColorSettings, color_surface
+from a2v.types import Body, Camera, Progress, Reconstruction, Subject, Surface
+
+Coloring = Callable[[Reconstruction, Subject, Body, Camera], Surface]
+"""``(reconstruction, subject, fitted body, its camera) -> coloured surface``."""
+
+
+def color_by_photo(
+    person: Reconstruction,
+    subject: Subject,
+    body: Body,
+    camera: Camera,
+    *,
+    settings: ColorSettings | None = None,
+    progress: Progress | None = None,
+    others: Sequence[Sight] = (),
+) -> Surface:
+    """What the pipeline does: the photo where it saw the surface, Eq. 14 with the backend's prior (or the default one) elsewhere.
+
+    `others` are further photos of a canonical person; the one that shows the face (``provenance["face_photo"]``) is then the main one.
+    """
+    from a2v.body.spots import nearest_spots, spots_of
+
+    if others:
+        from a2v.reconstruction.canonical.coloring import color_by_photos
+
+        return color_by_photos(person, [Sight(subject, body, camera, person), *others], settings=settings or ColorSettings(), progress=progress)
+    standing, canvas = person.surface.standing, None
+    seen = dataclasses.replace(person.surface, vertices=camera.flatten(person.surface.vertices))
+    if standing is None:
+        spots = nearest_spots(person.surface.vertices, body)
+    else:
+        from a2v.reconstruction.canonical.coloring import canvas_of
+
+        spots = spots_of(standing.anchors, body)
+        canvas = canvas_of(seen, subject, body, camera, size=(settings or ColorSettings()).texture)
+    evidence = ColorEvidence(prior=person.expected_colors, spots=spots, canvas=canvas)
+    colored = color_surface(seen, subject, camera.flat, evidence=evidence, settings=settings, progress=progress)
+    return dataclasses.replace(colored, vertices=person.surface.vertices)
+
+
+def color_by_equation(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
+    """Ablation: the photo and Eq. 14 alone; nothing is continued over the unseen side (`ColorSettings.synthesis`)."""
+    return color_by_photo(person, subject, body, camera, settings=ColorSettings(synthesis=False))
+
+
+def color_mirrored(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
+    """Ablation: every point, seen or not, has the photo's colour at its pixel; the back is the front mirrored."""
+    from a2v.geometry.colors import to_bytes
+    from a2v.reconstruction.color_prior import clean_colors
+
+    clean = clean_colors(subject)
+    height, width = clean.shape[:2]
+    pixels = camera.project(person.surface.vertices)
+    corners = pixels[person.surface.faces] / np.array([width, height])
+    return dataclasses.replace(
+        person.surface,
+        colors=np.clip(sample_image(clean, pixels), 0, 1).astype(np.float32),
+        uv=np.stack([corners[..., 0], 1 - corners[..., 1]], axis=-1).astype(np.float32),
+        texture=to_bytes(clean),
+    )
+
+
+def color_by_network(person: Reconstruction, subject: Subject, body: Body, camera: Camera) -> Surface:
+    """Ablation: the backend's own colours alone, on the vertices.
+
+    Raises
+    ------
+    InputError
+        The backend has none.
+    """
+    if person.expected_colors is None:
+        raise InputError("this backend has no colours of its own; choose another one for the colouring 'network'")
+    known = np.isfinite(person.expected_colors).all(axis=1)
+    colors = np.where(known[:, None], np.nan_to_num(person.expected_colors), person.expected_colors[known].mean(axis=0))
+    return dataclasses.replace(person.surface, colors=colors.astype(np.float32), uv=None, texture=None)
+
+
+COLORINGS: Mapping[str, Coloring] = {
+    "ours": color_by_photo, "eq14": color_by_equation, "mirrored": color_mirrored, "network": color_by_network,
+}  # fmt: skip
+"""Ways to colour a reconstruction, by name; "ours" is what users get, the others are ablations."""

@@ -100,10 +100,10 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         actions = list(exported[0].actions)
     others: dict[str, dict[str, list[Motion]]] = {}
     for entry in options.motions:
-        name, _, path = entry.partition("=")
-        if not path:
+        name, _, file = entry.partition("=")
+        if not file:
             raise InputError(f"--motions is '{entry}'; expected NAME=FILE")
-        motion = read_motion(path)
+        motion = read_motion(file)
         clips = [motion[index] for index in np.ndindex(motion.batch)] if motion.batch else [motion]
         others.setdefault(name, {}).setdefault(motion.action, []).extend(clip.first(options.frames) for clip in clips)
     if taken := sorted(name for name in (*models, *others) if name.lower() == REAL or not name or (name in models and name in others)):

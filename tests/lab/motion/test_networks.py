@@ -260,7 +260,7 @@ def test_losses_against_closed_forms():
     assert mse.reconstruction.item() == pytest.approx(0.05**2 / 3, rel=1e-4)
     # all joints 5 cm off, the one before not: relative to the root nothing is wrong but the root's own way
     away = vae_losses(moved, joints, roots="relative")
-    assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-4)
+    assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-3)
     steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)
     assert norm.alignment.item() == pytest.approx(steps.mean(), rel=1e-4)
 

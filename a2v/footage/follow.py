@@ -12,6 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from a2v.errors import InputError
+from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
 from a2v.footage.fit import SOLE, SOLES, FilmFit, Moves, Stands
 from a2v.footage.modes import steady_depths
@@ -103,17 +104,30 @@ def follow_person(
 
     moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
+    faces = _faces(own, track, motion.frames)
     remarks = [
         *told_reel(reel, sightings[-1].time, people=tracker.people, asked=np.inf if seconds is None else seconds),
         *told_pieces(pieces_of(sightings), piece, sightings, settings.start),
         *unseen_parts(track, settings.start),
     ]
-    facts = {
+    facts = {**_facts(path, reel, sightings, track, moves), "from": settings.start + own[0].time, "expressions": len(faces)}
+    return Followed(motion=replace(motion, provenance=dict(facts), expressions=faces or None), remarks=tuple(remarks), facts=facts)
+
+
+def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, FloatArray]:
+    """Strengths (frames,) of expressions at 30 frames a second."""
+    shown = fit_expressions([one.face for one in sightings], track.times)
+    at = track.times[0] + np.arange(frames) / SHOWN_FPS
+    return {name: np.interp(at, track.times, strength).astype(np.float32) for name, strength in shown.items()}
+
+
+def _facts(path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], track: Track, moves: Moves) -> dict[str, Any]:
+    """What `Followed.facts` says, but where the motion begins."""
+    return {
         "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
-        "seen": sum(one.keypoints is not None for one in sightings), "from": settings.start + own[0].time,
-        "height": round(_camera_height(moves), 2), "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
+        "seen": sum(one.keypoints is not None for one in sightings), "height": round(_camera_height(moves), 2),
+        "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
     }  # fmt: skip
-    return Followed(motion=replace(motion, provenance=dict(facts)), remarks=tuple(remarks), facts=facts)
 
 
 def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker) -> Piece:

@@ -6,12 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from a2v.footage import FollowSettings, follow
+from a2v.footage import follow
 from a2v.footage.fit import Moves
 from a2v.footage.follow import Followed
-from tests.support.footage import picture, write_clip
-
-QUICK = FollowSettings(hands=False, face=False, steps=25)
+from tests.support.footage import QUICK, picture, write_clip
 
 
 @pytest.fixture(scope="session")

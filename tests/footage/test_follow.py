@@ -13,8 +13,7 @@ from a2v.footage.follow import evenly, follow_person
 from a2v.footage.remarks import clock
 from a2v.kinematics import bone_lengths
 from a2v.kinematics.names import canonical_joints, missing_joints
-from tests.footage.conftest import QUICK
-from tests.support.footage import picture, write_clip
+from tests.support.footage import QUICK, picture, write_clip
 
 
 def test_the_motion_lasts_as_long_as_the_video(followed):

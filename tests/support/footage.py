@@ -12,8 +12,12 @@ import av
 import cv2
 import numpy as np
 
+from a2v.footage import FollowSettings
+
 SAMPLE = Path(__file__).parent.parent.parent / "a2v" / "samples" / "person.jpg"
 SIZE = (320, 240)
+QUICK = FollowSettings(face=False, steps=25)
+"""Settings for videos of a few frames."""
 
 
 @functools.lru_cache

@@ -47,7 +47,7 @@ class Shot:
     recording : str
         A trial of ``cmu_bvh.zip``, or "Action 3": the third clip of that action of ``cmu_mocap.zip`` that the body map has not learned from.
     first, seconds : float
-        The part of the recording.
+        The part of the recording; the first frame of a BVH file may be its rest pose.
     person : str
         An avatar.
     camera : str
@@ -71,9 +71,9 @@ PEOPLE = (
 )  # fmt: skip
 """Whom no network has seen, and on whom nothing was tried."""
 _RECORDINGS: tuple[tuple[str, str, float], ...] = (
-    ("strike", "02_05", 1.0), ("walk", "07_02", 0.0), ("bend", "02_06", 2.0), ("jump", "Jump 1", 0.0), ("dance", "Dance 1", 0.0), ("sword", "02_07", 2.0),
-    ("run", "09_07", 0.0), ("wash", "02_10", 3.0), ("walk", "07_12", 0.0), ("strike", "02_05", 8.0), ("dance", "Dance 2", 0.0), ("sword", "02_08", 3.0),
-    ("jump", "Jump 2", 0.0), ("bend", "02_06", 9.0), ("walk", "08_10", 0.0), ("sword", "02_09", 1.0), ("dance", "Dance 3", 0.0), ("wash", "02_10", 12.0),
+    ("strike", "02_05", 1.0), ("walk", "07_02", 0.1), ("bend", "02_06", 2.0), ("jump", "Jump 1", 0.0), ("dance", "Dance 1", 0.0), ("sword", "02_07", 2.0),
+    ("run", "09_07", 0.1), ("wash", "02_10", 3.0), ("walk", "07_12", 0.1), ("strike", "02_05", 8.0), ("dance", "Dance 2", 0.0), ("sword", "02_08", 3.0),
+    ("jump", "Jump 2", 0.0), ("bend", "02_06", 9.0), ("walk", "08_10", 0.1), ("sword", "02_09", 1.0), ("dance", "Dance 3", 0.0), ("wash", "02_10", 12.0),
     ("jump", "Jump 3", 0.0), ("sword", "02_07", 10.0),
 )  # fmt: skip
 _CAMERAS = ("still", "hand", "still", "pan")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
 from a2v.reconstruction.backs.labels import HAIR
@@ -44,26 +45,30 @@ def bake(
         rows = rows + top
         corner = faces[atlas.face[rows, columns]]
         weight = atlas.barycentric[rows, columns][..., None]
-        point = (vertices[corner] * weight).sum(axis=1)
-        normal = (normals[corner] * weight).sum(axis=1)
+        point, normal = within(vertices, corner, weight), within(normals, corner, weight)
+        pixels = photo.camera.project(point)
+        strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         trust = photo.trust(point, normal)[:, None]
         if photo.canvas is not None:
-            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
-            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
-        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
-        sharp = sample_image(photo.clean, photo.camera.project(point))
+            trust *= photo.canvas.agrees(pixels, photo.canvas.parts[strongest])[:, None]
         trust, beyond, mirrored = of_other_half(photo, mesh, corner, weight, trust)
         if paint is not None:
             kind = paint.kinds[corner].max(axis=1)
             eye = kind == EYE
-            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
-            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
+            trust = np.where(kind == 0, trust[:, 0], eye)[:, None]
             beyond[kind > 0] = 0.0
+        # what counts for nothing is not worked out: the photo covers a third of the texture
+        asked = np.flatnonzero((trust[:, 0] > 0) | bool(others))
+        sharp = np.zeros((len(corner), 3), np.float32)
+        sharp[asked] = sample_image(photo.clean, pixels[asked])
+        if paint is not None:
+            sharp[eye] = sample_image(paint.eyes, pixels[eye])
+        asked = np.flatnonzero(((trust[:, 0] < 1) & (beyond[:, 0] < 1)) | bool(others))
+        smooth = np.zeros((len(corner), 3))
+        smooth[asked] = within(colors, corner[asked], weight[asked]) if borders is None else borders.colors(corner[asked], weight[asked])
         if continued is not None:
-            detail = continued.at(point, corner, weight[..., 0])
-            if photo.canvas is not None:
-                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
-            smooth = smooth + detail
+            detail = continued.at(point[asked], corner[asked], weight[asked, :, 0])
+            smooth[asked] += detail if photo.canvas is None else _of_hair(detail, continued.labels[strongest[asked]])
         if others:
             found = [other.at(corner, weight) for other in others]
             trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])

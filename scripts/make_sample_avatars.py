@@ -32,7 +32,7 @@ from a2v.types import Character, Surface
 
 ROOT = Path(__file__).resolve().parent.parent
 SEED = 2026
-SPLIT = "train"
+SPLIT = "training"
 CC0 = "https://creativecommons.org/publicdomain/zero/1.0/"
 RIGS = {"glb": "talkinghead", "fbx": "mixamo"}
 """Rig of each format; the others have the default."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,3 +19,13 @@ def data_dir() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real data not present: {folder} does not exist (set A2V_DATA)")
     return folder
+
+
+@pytest.fixture(autouse=True)
+def _threads() -> Iterator[None]:
+    """PyTorch has as many threads after a test as before: with more, later tests of the same process would wait for the other workers' cores."""
+    torch = sys.modules.get("torch")
+    before = torch.get_num_threads() if torch else None
+    yield
+    if before and torch and torch.get_num_threads() != before:
+        torch.set_num_threads(before)

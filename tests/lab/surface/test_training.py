@@ -27,7 +27,7 @@ from tests.support.ellipsoid import AXES, CAMERA, RED, ellipsoid
 
 SMALL = NetworkSettings(widths=(16, 16, 16, 16), hidden=32, context=8, fine_width=16)
 QUICK = ReconstructionSettings(
-    iterations=50, batch_size=2, points=512, learning_rate=3e-3, crop=256, half=False, log_every=5, threads=2, checkpoint_seconds=1e9
+    iterations=50, batch_size=2, points=512, learning_rate=3e-3, crop=256, half=False, log_every=5, threads=1, checkpoint_seconds=1e9
 )
 
 
@@ -39,6 +39,14 @@ def run(studio: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, d
     for stage in STAGES:
         train_reconstruction(stage, studio, folder, network=SMALL, settings=QUICK, on_log=logs[stage].append)
     return folder, logs
+
+
+@pytest.fixture(scope="module")
+def exported(run: tuple[Path, dict[str, list[dict[str, float]]]], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The trained networks as ONNX files."""
+    folder = tmp_path_factory.mktemp("exported")
+    export_reconstruction(run[0], folder, licence="test", extra={"note": "ellipsoid"})
+    return folder
 
 
 def test_an_untrained_field_lies_between_guide_and_depth_maps() -> None:
@@ -72,9 +80,8 @@ def test_every_stage_learns(run: tuple[Path, dict[str, list[dict[str, float]]]])
     assert run[1]["detail"][-1]["distance"] < 1.3 * run[1]["detail"][0]["distance"]
 
 
-def test_onnx_equals_torch_and_finds_the_person(run: tuple[Path, dict[str, list[dict[str, float]]]], tmp_path: Path, view: View) -> None:
-    export_reconstruction(run[0], tmp_path, licence="test", extra={"note": "ellipsoid"})
-    model = ImplicitModel.load(tmp_path)
+def test_onnx_equals_torch_and_finds_the_person(run: tuple[Path, dict[str, list[dict[str, float]]]], exported: Path, view: View) -> None:
+    model = ImplicitModel.load(exported)
     assert model.metadata["note"] == "ellipsoid"
     thin = ellipsoid(0.9)
     lifted = thin.vertices + np.array([0, 0, 0.5])  # the frame's depth is the guide's affair
@@ -135,12 +142,10 @@ def test_a_run_begins_with_another_ones_networks(run: tuple[Path, dict[str, list
 
 
 def test_a_run_begins_with_the_networks_of_onnx_files(
-    run: tuple[Path, dict[str, list[dict[str, float]]]], studio: Path, tmp_path: Path
+    run: tuple[Path, dict[str, list[dict[str, float]]]], exported: Path, studio: Path, tmp_path: Path
 ) -> None:
     """Batch normalisations are folded into the files; they come back, and what the networks say stays as it was."""
-    files = tmp_path / "files"
-    export_reconstruction(run[0], files, licence="test")
-    settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(files))
+    settings = dataclasses.replace(QUICK, iterations=1, learning_rate=1e-12, initial=str(exported))
     photo, guide, place = torch.rand(1, 4, 512, 512) - 0.5, torch.rand(1, 10, 256, 256) - 0.5, 2 * torch.rand(1, 50, 2) - 1
     told = torch.rand(1, 50), 0.1 * torch.rand(1, 50), torch.rand(1, 50, 3)
 

@@ -22,7 +22,7 @@ Scene = tuple[Subject, Body, OrthographicCamera]
 
 @pytest.fixture(scope="module")
 def surface(scene: Scene) -> Surface:
-    return implicit_surface(*scene, settings=ImplicitSettings(resolution=256, vertices=25_000, threads=2))
+    return implicit_surface(*scene, settings=ImplicitSettings(resolution=256, vertices=25_000, threads=1))
 
 
 def test_the_surface_is_one_closed_person_in_the_mask(scene: Scene, surface: Surface) -> None:

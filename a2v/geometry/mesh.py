@@ -33,7 +33,7 @@ def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArr
     To the bit the sum over an axis of (n, 3, K), which takes twice as long.
     """
     first, second, third = (values[corner[:, k]] * weight[:, k] for k in range(3))
-    return first + second + third
+    return np.asarray(first + second + third)
 
 
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:

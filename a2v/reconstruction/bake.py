@@ -17,7 +17,7 @@ from a2v.reconstruction.face.colors import EYE, FacePaint
 from a2v.reconstruction.merged import OtherPhoto, mixed
 from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
-from a2v.types import FloatArray, IntArray
+from a2v.types import BoolArray, FloatArray, IntArray
 
 STRAND = 0.05
 """Largest detail of hair that is continued, sRGB."""
@@ -74,18 +74,26 @@ def bake(
             trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])
         blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
-    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
-    filled_texel = atlas.face >= 0
-    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
-    middle = atlas.uv[missed].mean(axis=1) * size
-    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
-    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
-    lone = ~filled_texel[row, column]
-    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
-    filled_texel[row[lone], column[lone]] = True
+    filled_texel = _with_slivers(texture, atlas, colors[faces])
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
     index = nearest_known(filled_texel)
     return atlas.uv, texture[index[0], index[1]]
+
+
+def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
+    """Which texels (size, size) of a texture have colours, after slivers between texels' centres have theirs, of the faces' `corners` (F, 3, 3).
+
+    They would read whatever lies near: each gets a spot of its own colour in the padding.
+    """
+    filled = np.asarray(atlas.face >= 0)
+    missed = np.setdiff1d(np.arange(len(corners)), atlas.face[filled])
+    middle = atlas.uv[missed].mean(axis=1) * atlas.size
+    row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
+    column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
+    lone = ~filled[row, column]
+    texture[row[lone], column[lone]] = np.clip(corners[missed[lone]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
+    filled[row[lone], column[lone]] = True
+    return filled
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:

@@ -16,7 +16,7 @@ ARGS ?=
 MOTIONS ?=
 export PYTHON
 
-.PHONY: help setup video page test test-fast slow fuzz bench sheets lint notebooks dag clean
+.PHONY: help setup video page test test-fast slow fuzz bench sheets tables lint notebooks dag clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -48,6 +48,9 @@ bench: setup ## measure speed and memory, print tables; BENCHMARKS=benchmarks/pi
 
 sheets: setup ## contact sheets of the sample, the photos and avatars, of every action (or MOTIONS="Walk --seeds 1"), and a gallery of PHOTOS=FOLDER, into sheets/
 	@$(PY) scripts/make_sheets.py $(ARGS) && $(PY) scripts/make_motion_sheets.py $(MOTIONS) && $(PY) scripts/make_gallery.py $(PHOTOS)
+
+tables: setup ## list the commands that remake the papers' tables; ARGS=--run runs them, ARGS="--run --only cmu" one
+	@$(PY) scripts/make_tables.py $(ARGS)
 
 lint: setup ## ruff, mypy, layers
 	@$(PY) -m ruff check . && $(PY) -m mypy && .venv/bin/lint-imports

@@ -65,6 +65,8 @@ class MotionModel:
         path = WEIGHTS / BUNDLED[name] if name in BUNDLED else Path(name)
         if not path.is_file():
             raise InputError(f"motion model '{name}' not found; give {', '.join(BUNDLED)} or an .onnx file exported by a2v")
+        if path.suffix == ".pt":
+            raise InputError(f"{path} is a training's checkpoint, and a motion model is an .onnx; a2v evaluate and a2v survey take the baseline.pt of a2v train baseline")
         return cls(path, read_card(path))
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from a2v.errors import InputError
 from a2v.lab.datasets import ActionDataset, load_dataset
-from a2v.lab.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline
+from a2v.lab.evaluation.baselines import FIRST_FRAME, first_frame_and_zeros, generator_of_baseline, open_baseline
 from a2v.lab.evaluation.protocol import Generate, generator_of, generator_of_families
 from a2v.motion import MotionModel
 from pipelines.requests.motion import MODEL
@@ -54,14 +54,7 @@ def _opened(name: str, path: Path, dataset: ActionDataset, data: str) -> tuple[s
     if name == FIRST_FRAME:
         return "a real first pose, then zeros", Evaluated(first_frame_and_zeros(dataset), FIRST_FRAME, dataset.digest)
     if path.suffix == ".pt":
-        from a2v.lab.motion.baselines.training import load_baseline
-
-        trained = load_baseline(path)
-        sizes = trained.model.sizes
-        if trained.actions != dataset.actions or (sizes.pose, sizes.frames) != (3 * dataset.skeleton.n_joints, dataset.length):
-            raise InputError(
-                f"baseline '{name}' knows other actions, joints or lengths than {dataset.name}; evaluate it on {trained.dataset}"
-            )
+        trained = open_baseline(name, dataset)
         return trained.name, Evaluated(generator_of_baseline(trained, dataset), trained.digest, trained.dataset_digest)
     model = MotionModel.load(name)
     finer = model.card.dataset == FINER.get(dataset.name)

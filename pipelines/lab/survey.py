@@ -12,21 +12,26 @@ from a2v.errors import InputError
 from a2v.formats import read_motion
 from a2v.io import atomic_path
 from a2v.lab.datasets import load_dataset
+from a2v.lab.evaluation.baselines import baseline_motions, open_baseline
 from a2v.lab.evaluation.survey import REAL, SurveySettings, write_survey
 from a2v.lab.evaluation.survey_answers import analyse, read_answers, read_key, survey_table
 from a2v.motion import MotionModel
 from a2v.motion.model import plain_name
+from a2v.rendering.stickfigure import plot_rows, save_figure
 from a2v.types import Motion
 from pipelines.answer import Answer
 from pipelines.bar import bar
 from pipelines.options import group, option
 from pipelines.requests.motion import MODEL
 
+MAX_ROWS = 40
+"""Rows of clips that one picture has."""
 HELP = "Make the papers' user studies (preference ranking, real or fake) as one web page, or turn its answers into percentages."
 EXAMPLES = """examples:
   a2v survey --model humanact12 --dataset humanact12 --data ../shared/data --out survey.html
   a2v survey --model cmu --model mine.onnx --real-or-fake 0 --out survey.html          two models, no data
   a2v survey --model cmu --motions theirs=walks.npz --real-or-fake 0 --out survey.html  motions of another system
+  a2v survey --model humanact12-lie --model runs/condgru/baseline.pt --dataset humanact12 --data ../shared/data --action run --out rows.png
   a2v survey --analyse answers*.json --key survey.key.json --out result.md
 
 Writes the page, which needs no server and no network, and beside it survey.key.json: keep the key from participants. Each
@@ -37,7 +42,7 @@ participant saves a file of answers at the end; --analyse counts them and writes
 class Options:
     """What the command takes."""
 
-    model: tuple[str, ...] = option(f"{MODEL}; may be repeated", default=(), many="repeated")
+    model: tuple[str, ...] = option(f"{MODEL}, or the baseline.pt of a2v train baseline; may be repeated", default=(), many="repeated")
     motions: tuple[str, ...] = option(
         "NAME=FILE (.npz, .bvh): clips of another system; may be repeated", default=(), many="repeated", metavar="NAME=FILE"
     )
@@ -47,7 +52,7 @@ class Options:
     frames: int = option("frames a clip", default=60)
     analyse: tuple[str, ...] = option("files of answers", default=(), many="listed", metavar="FILE")
     key: str | None = option("the key that was written beside the page", default=None, metavar="FILE")
-    out: str | None = option("the .html to write; with --analyse the .md", default=None)
+    out: str | None = option("the .html to write, or a .png or .svg of the clips alone; with --analyse the .md", default=None)
     survey: SurveySettings = group(SurveySettings)
 
 
@@ -58,7 +63,14 @@ def run(options: Options) -> Answer:
     if options.out is None:
         raise InputError("give --out survey.html, or answers to --analyse")
     chosen = options.survey
-    sources = _sources(options, chosen.preference + chosen.real_or_fake)
+    picture = Path(options.out).suffix in (".png", ".svg")
+    sources = _sources(options, 1 if picture else chosen.preference + chosen.real_or_fake)
+    if picture:
+        rows = {f"{name}, {action}": clips[0] for name, own in sources.items() for action, clips in own.items()}
+        if len(rows) > MAX_ROWS:
+            raise InputError(f"{len(rows)} rows in one picture; expected at most {MAX_ROWS}: name fewer with --action")
+        save_figure(options.out, plot_rows(list(rows.values()), titles=list(rows)))
+        return Answer(files=[Path(options.out)])
     with bar("survey", "clip") as progress:
         key = write_survey(options.out, sources, chosen, progress=progress)
     return Answer(files=[Path(options.out), Path(key)])
@@ -68,7 +80,11 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
     """Clips by source and action; clips of an action are equally long, since a length would give its source away."""
     if not 2 <= options.frames <= 1000:
         raise InputError(f"frames is {options.frames}; expected 2 to 1000")
-    models = {Path(name).stem: MotionModel.load(name) for name in options.model}
+    models: dict[str, MotionModel | Path] = {}
+    for name in options.model:
+        path = Path(name)
+        learned = path.suffix == ".pt"
+        models[path.parent.name if learned else path.stem] = path if learned else MotionModel.load(name)
     if len(models) < len(options.model):
         raise InputError(f"two models have the name {', '.join(sorted({Path(name).stem for name in options.model}))}; rename one file")
     sources: dict[str, dict[str, list[Motion]]] = {}
@@ -79,14 +95,15 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         actions = actions or list(sources[REAL])
     elif options.data is not None:
         raise InputError("give --dataset as well: which data set lies in --data?")
-    if actions is None and models:
-        actions = list(next(iter(models.values())).actions)
+    exported = [model for model in models.values() if isinstance(model, MotionModel)]
+    if actions is None and exported:
+        actions = list(exported[0].actions)
     others: dict[str, dict[str, list[Motion]]] = {}
     for entry in options.motions:
-        name, _, path = entry.partition("=")
-        if not path:
+        name, _, file = entry.partition("=")
+        if not file:
             raise InputError(f"--motions is '{entry}'; expected NAME=FILE")
-        motion = read_motion(path)
+        motion = read_motion(file)
         clips = [motion[index] for index in np.ndindex(motion.batch)] if motion.batch else [motion]
         others.setdefault(name, {}).setdefault(motion.action, []).extend(clip.first(options.frames) for clip in clips)
     if taken := sorted(name for name in (*models, *others) if name.lower() == REAL or not name or (name in models and name in others)):
@@ -105,12 +122,28 @@ def _sources(options: Options, questions: int) -> dict[str, dict[str, list[Motio
         sources[name] = {}
         for index, action in enumerate(actions):
             frames = lengths.get(action, options.frames)
-            batch = model.sample(action, frames=frames, count=clips_each + 1, seed=options.survey.seed * 1000 + place * 100 + index)
+            seed = options.survey.seed * 1000 + place * 100 + index
+            if not isinstance(model, MotionModel):
+                sources[name][action] = _of_baseline(model, options, action, frames=frames, count=clips_each, seed=seed)
+                continue
+            batch = model.sample(action, frames=frames, count=clips_each + 1, seed=seed)
             sources[name][action] = [batch[i] for i in range(clips_each)]
     for name, own in others.items():
         known = {plain_name(action): action for action in actions}
         sources[name] = {known[plain_name(action)]: clips for action, clips in own.items() if plain_name(action) in known}
     return sources
+
+
+def _of_baseline(path: Path, options: Options, action: str, *, frames: int, count: int, seed: int) -> list[Motion]:
+    """Clips of a trained baseline, whose first poses are those of the data set."""
+    if options.dataset is None or options.data is None:
+        raise InputError(f"give --dataset and --data, which {path} learned from")
+    dataset = load_dataset(options.dataset, options.data)
+    trained = open_baseline(str(path), dataset)
+    known = {plain_name(name): name for name in dataset.actions}
+    if plain_name(action) not in known:
+        raise InputError(f"{dataset.name} has no action '{action}'; it has {', '.join(dataset.actions)}")
+    return [clip.first(min(frames, clip.frames)) for clip in baseline_motions(trained, dataset, known[plain_name(action)], count=count, seed=seed)]
 
 
 def _real_clips(name: str, options: Options, questions: int) -> tuple[dict[str, list[Motion]], dict[str, int]]:

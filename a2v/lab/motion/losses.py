@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import torch
 from torch import Tensor
 
+from a2v.lab.motion.networks import Roots
 from a2v.lab.motion.vae import Reconstruction, shifted
 
 ReconstructionLoss = Literal["norm", "mse"]
@@ -26,7 +27,7 @@ def gaussian_kl(mean1: Tensor, logvar1: Tensor, mean2: Tensor, logvar2: Tensor) 
     return 0.5 * (torch.exp(ratio) + (mean1 - mean2) ** 2 * torch.exp(-logvar2) - 1 - ratio).sum(-1)
 
 
-def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: ReconstructionLoss = "norm") -> Losses:
+def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: ReconstructionLoss = "norm", roots: Roots = "absolute") -> Losses:
     """Terms of Eq. 12.
 
     Parameters
@@ -36,8 +37,15 @@ def vae_losses(result: Reconstruction, joints: Tensor, *, reconstruction: Recons
         Real poses; the first root at the origin.
     reconstruction : "norm" or "mse"
         Eq. 13, the sum over joints of the Euclidean norm, or the published code's mean squared error.
+    roots : "absolute" or "relative"
+        Whether joints are compared where they are, or each from its own root, and in the root's place its way since the frame before: networks that see
+        relative roots cannot know how far they have drifted.
     """
     difference = result.pose.joints - joints
+    if roots == "relative":
+        made, real = result.pose.joints[:, :, :1], joints[:, :, :1]
+        way = (made - result.before[:, :, :1]) - (real - shifted(real))
+        difference = torch.cat([way, difference[:, :, 1:] - difference[:, :, :1]], 2)
     if reconstruction == "norm":
         # a tiny floor keeps the gradient of the norm finite where a joint is exact
         rec = torch.sqrt((difference**2).sum(-1) + 1e-12).sum(-1).mean()

@@ -127,7 +127,7 @@ class VAETraining(Training):
         actions = nn.functional.one_hot(torch.from_numpy(labels), model.n_actions).to(self.device, joints.dtype)
         kl_weight = settings.kl_start + (self.final_kl - settings.kl_start) * (self.iteration / self.span)
         result = model.reconstruct(joints, actions, lengths, draws, teacher)
-        losses = vae_losses(result, joints, reconstruction=settings.reconstruction)
+        losses = vae_losses(result, joints, reconstruction=settings.reconstruction, roots=model.settings.roots)
         total = losses.reconstruction + kl_weight * losses.kl + settings.align_weight * losses.alignment
         self.descend(total, largest_gradient=settings.clip_gradient)
         terms = {name: float(value.detach()) for name, value in losses._asdict().items()}

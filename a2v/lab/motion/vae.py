@@ -26,13 +26,14 @@ class States(NamedTuple):
 
 
 class Reconstruction(NamedTuple):
-    """Training pass over (B, T) frames: decoded pose and both Gaussians (B, T, Z)."""
+    """Training pass over (B, T) frames: decoded pose, both Gaussians (B, T, Z), and the poses (B, T, J, 3) that came before, real or the model's own."""
 
     pose: Pose
     posterior_mean: Tensor
     posterior_logvar: Tensor
     prior_mean: Tensor
     prior_logvar: Tensor
+    before: Tensor
 
 
 class MotionVAE(nn.Module):
@@ -126,7 +127,7 @@ class MotionVAE(nn.Module):
             )
             given = given.index_copy(0, own, shifted(fed))
         prior_mean, prior_logvar, _ = self.prior(torch.cat([self.settings.feedback(given).flatten(2), condition], -1))
-        return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar)
+        return Reconstruction(pose, posterior_mean, posterior_logvar, prior_mean, prior_logvar, given)
 
     def observed(self, joints: Tensor) -> Tensor:
         """Real poses (B, T, J, 3) as the posterior sees them: with relative roots, each from its own root, and in the root's place its way since the frame before."""

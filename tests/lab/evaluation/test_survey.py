@@ -220,3 +220,27 @@ def test_names_of_sources_that_would_replace_others_are_refused(tmp_path, capsys
     assert main(["survey", *words, "--out", str(tmp_path / "page.html")]) == 2
     assert "cannot name a source of motions" in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
+
+
+def test_a_baseline_is_a_source_and_a_row_of_a_picture(tmp_path, capsys):
+    from a2v.formats.bvh import write_bvh
+    from a2v.lab.datasets import load_dataset
+    from a2v.lab.motion.baselines.training import BaselineSettings, train_baseline
+    from tests.support.motions import waving
+
+    clips = waving()
+    for index in range(len(clips)):
+        path = tmp_path / "data" / clips.actions[clips.labels[index]] / f"{index}.bvh"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bvh(path, clips.motion(index))
+    data = tmp_path / "data"
+    settings = BaselineSettings(name="condgru", iterations=2, batch_size=4, width=0.1, threads=1, device="cpu")
+    train_baseline(load_dataset("bvh", data), tmp_path / "condgru", settings=settings)
+    given = ["--model", str(tmp_path / "condgru" / "baseline.pt"), "--frames", "8"]
+    asked = ["--dataset", "bvh", "--data", str(data)]
+    assert main(["survey", *given, *asked, "--out", str(tmp_path / "rows.png")]) == 0
+    assert (tmp_path / "rows.png").read_bytes()[1:4] == b"PNG"
+    assert main(["survey", *given, "--action", "slow", "--out", str(tmp_path / "rows.png")]) == 2
+    assert "give --dataset and --data" in capsys.readouterr().err
+    assert main(["motion", *given[:2], "--action", "slow", "--out", str(tmp_path / "x.npz")]) == 2
+    assert "a2v survey take the baseline.pt" in capsys.readouterr().err

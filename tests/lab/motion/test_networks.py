@@ -121,7 +121,7 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
     mean, logvar, _ = model.posterior(torch.cat([seen_by_posterior(joints, model), condition], -1))
     latent = mean + torch.exp(0.5 * logvar) * noise
     states, previous = model.initial_states(len(joints)), torch.zeros_like(joints[:, 0])
-    poses, priors = [], []
+    poses, priors, before = [], [], []
     for t in range(joints.shape[1]):
         context = torch.cat([seen(previous, model), condition[:, t]], -1)[:, None]
         prior_mean, prior_logvar, prior = model.prior(context, states.prior)
@@ -129,11 +129,12 @@ def reconstruct_frame_by_frame(model, joints, actions, lengths, noise, teacher):
         pose = model.pose_decoder(outputs, previous[:, None], lengths, states.trajectory)
         states = States(prior, generator, states.trajectory if pose.state is None else pose.state)
         poses.append(pose)
+        before.append(previous)
         priors.append((prior_mean, prior_logvar))
         previous = torch.where(teacher[:, None, None], joints[:, t], pose.joints[:, 0])
     velocity = None if poses[0].velocity is None else torch.cat([pose.velocity for pose in poses], 1)
     pose = Pose(torch.cat([pose.joints for pose in poses], 1), None, velocity, None)
-    return Reconstruction(pose, mean, logvar, *(torch.cat(parts, 1) for parts in zip(*priors, strict=True)))
+    return Reconstruction(pose, mean, logvar, *(torch.cat(parts, 1) for parts in zip(*priors, strict=True)), torch.stack(before, 1))
 
 
 @pytest.mark.parametrize("name", ["humanact12", "cmu"])
@@ -148,7 +149,7 @@ def test_gradients_flow_through_the_feedback(settings, name):
     gradients = []
     for reconstruct in (model.reconstruct, functools.partial(reconstruct_frame_by_frame, model)):
         model.zero_grad()
-        losses = vae_losses(reconstruct(joints, actions, lengths, noise, teacher), joints)
+        losses = vae_losses(reconstruct(joints, actions, lengths, noise, teacher), joints, roots=settings.roots)
         (losses.reconstruction + 0.5 * losses.kl + 3 * losses.alignment).backward()
         gradients.append(
             {key: parameter.grad.clone() for key, parameter in model.named_parameters()} | {"loss": losses.reconstruction.detach()}
@@ -257,6 +258,9 @@ def test_losses_against_closed_forms():
     norm, mse = (vae_losses(moved, joints, reconstruction=kind) for kind in ("norm", "mse"))
     assert norm.reconstruction.item() == pytest.approx(24 * 0.05, rel=1e-4)
     assert mse.reconstruction.item() == pytest.approx(0.05**2 / 3, rel=1e-4)
+    # all joints 5 cm off, the one before not: relative to the root nothing is wrong but the root's own way
+    away = vae_losses(moved, joints, roots="relative")
+    assert away.reconstruction.item() == pytest.approx(0.05, rel=1e-3)
     steps = np.linalg.norm(np.diff(joints[:, :, 0].numpy(), axis=1, prepend=0), axis=-1)
     assert norm.alignment.item() == pytest.approx(steps.mean(), rel=1e-4)
 

@@ -27,6 +27,15 @@ def vertex_normals(vertices: FloatArray, faces: IntArray, *, dtype: type[np.floa
     return unit(np.asarray(total, np.float64), least=1e-20)
 
 
+def within(values: FloatArray, corner: IntArray, weight: FloatArray) -> FloatArray:
+    """Values (n, K) at places in faces whose `corner` (n, 3) vertices have the barycentric `weight` (n, 3, 1), out of those of the vertices (V, K).
+
+    To the bit the sum over an axis of (n, 3, K), which takes twice as long.
+    """
+    first, second, third = (values[corner[:, k]] * weight[:, k] for k in range(3))
+    return np.asarray(first + second + third)
+
+
 def evened(faces: IntArray, values: FloatArray, times: int = 1) -> FloatArray:
     """Means of `values` (V, ...) over each vertex of `faces` (F, 3) and its neighbours, so many times."""
     from scipy.sparse import csr_matrix

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from a2v.geometry.images import nearest_known, sample_image
+from a2v.geometry.mesh import within
 from a2v.reconstruction.atlas import Atlas
 from a2v.reconstruction.backs import Continuation
 from a2v.reconstruction.backs.labels import HAIR
@@ -16,7 +17,7 @@ from a2v.reconstruction.face.colors import EYE, FacePaint
 from a2v.reconstruction.merged import OtherPhoto, mixed
 from a2v.reconstruction.other_half import of_other_half
 from a2v.reconstruction.projection import PhotoProjection
-from a2v.types import FloatArray, IntArray
+from a2v.types import BoolArray, FloatArray, IntArray
 
 STRAND = 0.05
 """Largest detail of hair that is continued, sRGB."""
@@ -44,43 +45,55 @@ def bake(
         rows = rows + top
         corner = faces[atlas.face[rows, columns]]
         weight = atlas.barycentric[rows, columns][..., None]
-        point = (vertices[corner] * weight).sum(axis=1)
-        normal = (normals[corner] * weight).sum(axis=1)
+        point, normal = within(vertices, corner, weight), within(normals, corner, weight)
+        pixels = photo.camera.project(point)
+        strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         trust = photo.trust(point, normal)[:, None]
         if photo.canvas is not None:
-            strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
-            trust *= photo.canvas.agrees(photo.camera.project(point), photo.canvas.parts[strongest])[:, None]
-        smooth = (colors[corner] * weight).sum(axis=1) if borders is None else borders.colors(corner, weight)
-        sharp = sample_image(photo.clean, photo.camera.project(point))
+            trust *= photo.canvas.agrees(pixels, photo.canvas.parts[strongest])[:, None]
         trust, beyond, mirrored = of_other_half(photo, mesh, corner, weight, trust)
         if paint is not None:
             kind = paint.kinds[corner].max(axis=1)
             eye = kind == EYE
-            sharp[eye] = sample_image(paint.eyes, photo.camera.project(point[eye]))
-            trust = np.where(kind == 0, trust[:, 0], kind == EYE)[:, None]
+            trust = np.where(kind == 0, trust[:, 0], eye)[:, None]
             beyond[kind > 0] = 0.0
+        # what counts for nothing is not worked out: the photo covers a third of the texture
+        asked = np.flatnonzero((trust[:, 0] > 0) | bool(others))
+        sharp = np.zeros((len(corner), 3), np.float32)
+        sharp[asked] = sample_image(photo.clean, pixels[asked])
+        if paint is not None:
+            sharp[eye] = sample_image(paint.eyes, pixels[eye])
+        asked = np.flatnonzero(((trust[:, 0] < 1) & (beyond[:, 0] < 1)) | bool(others))
+        smooth = np.zeros((len(corner), 3))
+        smooth[asked] = within(colors, corner[asked], weight[asked]) if borders is None else borders.colors(corner[asked], weight[asked])
         if continued is not None:
-            detail = continued.at(point, corner, weight[..., 0])
-            if photo.canvas is not None:
-                detail = _of_hair(detail, continued.labels[corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]])
-            smooth = smooth + detail
+            detail = continued.at(point[asked], corner[asked], weight[asked, :, 0])
+            smooth[asked] += detail if photo.canvas is None else _of_hair(detail, continued.labels[strongest[asked]])
         if others:
             found = [other.at(corner, weight) for other in others]
             trust, sharp = mixed([trust, *(one for one, _ in found)], [sharp, *(color for _, color in found)])
         blended = trust * sharp + (1 - trust) * (beyond * mirrored + (1 - beyond) * smooth)
         texture[rows, columns] = np.clip(blended * 255 + 0.5, 0, 255).astype(np.uint8)
-    # slivers between texel centres would read whatever lies near: give them a spot of their own colour in the padding
-    filled_texel = atlas.face >= 0
-    missed = np.setdiff1d(np.arange(len(faces)), atlas.face[filled_texel])
-    middle = atlas.uv[missed].mean(axis=1) * size
-    row = np.clip((size - middle[:, 1]).astype(np.int64), 0, size - 1)
-    column = np.clip(middle[:, 0].astype(np.int64), 0, size - 1)
-    lone = ~filled_texel[row, column]
-    texture[row[lone], column[lone]] = np.clip(colors[faces[missed[lone]]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
-    filled_texel[row[lone], column[lone]] = True
+    filled_texel = _with_slivers(texture, atlas, colors[faces])
     # carry the charts' borders on, so that filtering and mipmaps see no gaps
     index = nearest_known(filled_texel)
     return atlas.uv, texture[index[0], index[1]]
+
+
+def _with_slivers(texture: np.ndarray, atlas: Atlas, corners: FloatArray) -> BoolArray:
+    """Which texels (size, size) of a texture have colours, after slivers between texels' centres have theirs, of the faces' `corners` (F, 3, 3).
+
+    They would read whatever lies near: each gets a spot of its own colour in the padding.
+    """
+    filled = np.asarray(atlas.face >= 0)
+    missed = np.setdiff1d(np.arange(len(corners)), atlas.face[filled])
+    middle = atlas.uv[missed].mean(axis=1) * atlas.size
+    row = np.clip((atlas.size - middle[:, 1]).astype(np.int64), 0, atlas.size - 1)
+    column = np.clip(middle[:, 0].astype(np.int64), 0, atlas.size - 1)
+    lone = ~filled[row, column]
+    texture[row[lone], column[lone]] = np.clip(corners[missed[lone]].mean(axis=1) * 255 + 0.5, 0, 255).astype(np.uint8)
+    filled[row[lone], column[lone]] = True
+    return filled
 
 
 def _of_hair(detail: FloatArray, labels: IntArray) -> FloatArray:

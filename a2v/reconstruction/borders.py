@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from a2v.geometry.mesh import evened
+from a2v.geometry.mesh import evened, within
 from a2v.types import BoolArray, FloatArray, IntArray
 
 _ROUNDS = 5
@@ -52,12 +52,12 @@ class Borders:
 
     def colors(self, corner: IntArray, weight: FloatArray) -> FloatArray:
         """Colours (n, 3) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1)."""
-        share = (self.shares[corner] * weight).sum(axis=1)
+        share = within(self.shares, corner, weight)
         first = share.max(axis=1, keepdims=True)
         part = np.clip(1 - (first - share) / _SOFT, 0, 1)
         part /= part.sum(axis=1, keepdims=True)
         result = np.zeros((len(corner), 3))
         for kind in range(share.shape[1]):
             own = np.flatnonzero(part[:, kind] > 0)
-            result[own] += part[own, kind, None] * (self.of_stuff[kind][corner[own]] * weight[own]).sum(axis=1)
+            result[own] += part[own, kind, None] * within(self.of_stuff[kind], corner[own], weight[own])
         return result

@@ -11,7 +11,7 @@ import numpy as np
 from a2v.body.parts import PARTS
 from a2v.geometry.colors import linear_to_srgb, srgb_to_linear
 from a2v.geometry.images import sample_image
-from a2v.geometry.mesh import evened, vertex_normals
+from a2v.geometry.mesh import evened, vertex_normals, within
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.projection import PhotoProjection
 from a2v.reconstruction.shading import photo_without_shading
@@ -92,7 +92,7 @@ class OtherPhoto:
 
     def at(self, corner: IntArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How far its colours are to be trusted (n, 1) at places with `corner` (n, 3) vertices and barycentric `weight` (n, 3, 1), and the colours (n, 3)."""
-        point, normal = ((values[corner] * weight).sum(axis=1) for values in (self.vertices, self.normals))
+        point, normal = (within(values, corner, weight) for values in (self.vertices, self.normals))
         pixels = self.photo.camera.project(point)
         strongest = corner[np.arange(len(corner)), weight[..., 0].argmax(axis=1)]
         trust = self.photo.trust(point, normal) * self.canvas.agrees(pixels, self.canvas.parts[strongest])

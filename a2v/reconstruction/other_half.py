@@ -6,6 +6,7 @@ import numpy as np
 
 from a2v.body.parts import on_parts
 from a2v.geometry.images import sample_image
+from a2v.geometry.mesh import within
 from a2v.geometry.steps import smoothstep
 from a2v.reconstruction.canvas import Canvas
 from a2v.reconstruction.colored import ColoredMesh
@@ -35,12 +36,12 @@ def of_other_half(
         return kept, beyond, colors
     share = weight[own]
     there = photo.canvas.twin[corner[own]]
-    point, normal = ((values[there] * share).sum(axis=1) for values in (mesh.vertices, mesh.normals))
+    point, normal = (within(values, there, share) for values in (mesh.vertices, mesh.normals))
     pixels = photo.camera.project(point)
     part = photo.canvas.parts[there[np.arange(len(own)), share[..., 0].argmax(axis=1)]]
     beyond[own, 0] = photo.trust(point, normal) * photo.canvas.agrees(pixels, part)
     colors[own] = sample_image(photo.clean, pixels)
-    facing = np.maximum((mesh.normals[corner[own]] * share).sum(axis=1)[:, 2], 0.0)
+    facing = np.maximum(within(mesh.normals, corner[own], share)[:, 2], 0.0)
     worse = 1 - smoothstep(facing / np.maximum(normal[:, 2], 1e-6), *_WORSE)
     kept[own, 0] *= 1 - worse * beyond[own, 0]
     return kept, beyond, colors

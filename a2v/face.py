@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -116,3 +117,11 @@ class Face(Record):
         offsets = np.zeros((len(vertices), 3))
         np.add.at(offsets, index, np.concatenate([part for _, part in parts]))
         return vertices, offsets
+
+
+def other_side(expressions: Mapping[str, FloatArray] | None) -> dict[str, FloatArray] | None:
+    """What the mirror image of a face does: strengths by ARKit's names, left and right exchanged."""
+    if expressions is None:
+        return None
+    swap = {"Left": "Right", "Right": "Left"}
+    return {re.sub("(Left|Right)$", lambda side: swap[side[0]], name): strength for name, strength in expressions.items()}

@@ -72,6 +72,8 @@ class Motion(Record):
         How many of the first frames were given, where the others were generated to go on from them.
     action_starts : (A,) float64 or None
         When each of the A actions that `action` names begins, seconds from the first frame; None where that is not known.
+    expressions : strengths (T,) float32 by ARKit's names, or None
+        What the face does, in [0, 1], where a video showed it.
     """
 
     joints: FloatArray
@@ -86,6 +88,7 @@ class Motion(Record):
     rest_offsets: FloatArray | None = None
     given_frames: int | None = None
     action_starts: FloatArray | None = None
+    expressions: Mapping[str, FloatArray] | None = None
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
@@ -129,7 +132,8 @@ class Motion(Record):
         """The first `frames` frames, of every clip of a batch; all where there are fewer."""
         kept = {name: getattr(self, name)[(*[slice(None)] * len(self.batch), slice(frames))] for name in ("joints", "rotations", "root")}
         given = None if self.given_frames is None else min(self.given_frames, frames)
-        return dataclasses.replace(self, **kept, given_frames=given)
+        shown = None if self.expressions is None else {name: strength[:frames] for name, strength in self.expressions.items()}
+        return dataclasses.replace(self, **kept, given_frames=given, expressions=shown)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,6 +21,7 @@
 # %%
 import os
 import tempfile
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -30,6 +31,7 @@ from IPython.display import Video, display
 from a2v import Motion
 from a2v.formats.bvh import write_bvh
 from a2v.kinematics import SKELETONS, bone_lengths, forward_kinematics, inverse_kinematics
+from a2v.kinematics.so3 import hat, rotvec_to_rotmat
 from a2v.lab.datasets import load_dataset
 from a2v.lab.datasets.generated import generated_dataset
 from a2v.motion import MotionModel
@@ -95,6 +97,34 @@ print(
 )
 
 # %% [markdown]
+# ## A rotation is three numbers (Eq. 3 and 4)
+# Rotations are no vectors: two of them added give none. But each is the exponential of a skew-symmetric matrix, and those are three free numbers $\mathbf w$, which a network can output:
+#
+# $$\hat W = \begin{pmatrix} 0 & -w_3 & w_2 \\ w_3 & 0 & -w_1 \\ -w_2 & w_1 & 0 \end{pmatrix} \qquad R = \exp(\hat W) = I + \frac{\sin\lVert\mathbf w\rVert}{\lVert\mathbf w\rVert}\hat W + \frac{1-\cos\lVert\mathbf w\rVert}{\lVert\mathbf w\rVert^2}\hat W^2$$
+#
+# The direction of $\mathbf w$ is the axis, its length the angle. We check the closed form against the series $\sum_n \hat W^n/n!$ that it stands for. The picture shows why a network has the angle bounded: vectors along one axis that differ
+# by a whole turn are one rotation.
+
+# %%
+w = np.array([0.4, -1.1, 0.7])
+angle, W = np.linalg.norm(w), hat(w)
+closed = np.eye(3) + np.sin(angle) / angle * W + (1 - np.cos(angle)) / angle**2 * W @ W
+series, term = np.eye(3), np.eye(3)
+errors = []
+for n in range(1, 18):
+    term = term @ W / n
+    series = series + term
+    errors.append(np.abs(series - closed).max())
+print(f"closed form against the library: {np.abs(closed - rotvec_to_rotmat(w)).max():.0e}; R is a rotation: {np.abs(closed @ closed.T - np.eye(3)).max():.0e}")
+turns = np.linspace(0, 4 * np.pi, 200)
+figure, axes = plt.subplots(1, 2, figsize=(9, 2.6))
+axes[0].semilogy(range(1, 18), errors, "o-")
+axes[0].set(title="the series against the closed form", xlabel="terms")
+axes[1].plot(turns / np.pi, rotvec_to_rotmat(turns[:, None] * w / angle)[:, :, 0])
+axes[1].set(title="first column of R along one axis", xlabel="length of w / pi")
+figure.tight_layout()
+
+# %% [markdown]
 # ## Skeletons
 # A tree is covered by chains (Fig. 2 of the conference paper). A rotation vector at a joint turns the bone that ends there
 # relative to the bone before it in its chain, and chains start from the identity; with all rotations zero the person stands in a T.
@@ -114,6 +144,26 @@ for ax, (name, skeleton) in zip(axes, SKELETONS.items(), strict=True):
 
 # %% [markdown]
 # ## Positions from rotations, and back (Eq. 6)
+# Along chain $k$, joint $i$ lies one bone farther than joint $i-1$, and that bone is turned by all rotations before it:
+#
+# $$\mathbf J_i^k = \Big[\prod_{j=0}^{i-1} \exp(\hat W_j^k)\Big]\,\mathbf d_i^k + \mathbf J_{i-1}^k$$
+#
+# where $\mathbf d_i^k$ is the bone at rest. This is the whole of forward kinematics, written out for one pose:
+
+
+# %%
+def eq6(rotations, root, lengths, skeleton):
+    """Joints (J, 3) of rotation vectors (J, 3), the root's place and bone lengths (J,)."""
+    joints = {0: np.asarray(root, float)}
+    for chain in skeleton.chains:
+        turned = np.eye(3)  # chains start from the identity: W_0 is left out, as in the published code
+        for before, joint in pairwise(chain):
+            turned = turned @ rotvec_to_rotmat(rotations[joint])  # the product in brackets
+            joints[joint] = turned @ (lengths[joint] * skeleton.rest_directions[joint]) + joints[before]
+    return np.stack([joints[index] for index in range(skeleton.n_joints)])
+
+
+# %% [markdown]
 # Forward kinematics takes rotations, the root's path and bone lengths to positions. The way back is not unique (a bone can be
 # twisted about itself), so that only one direction must agree: positions, rotations, positions.
 
@@ -122,6 +172,8 @@ skeleton = data.skeleton
 rotations = inverse_kinematics(walk.joints.astype(np.float64), skeleton)
 lengths_over_time = bone_lengths(walk.joints.astype(np.float64), skeleton)
 again = forward_kinematics(rotations, walk.root.astype(np.float64), lengths_over_time, skeleton)
+one = eq6(rotations[10], walk.root[10], lengths_over_time[10], skeleton)
+print(f"the lines above and the library, frame 10: {np.abs(one - again[10]).max():.0e} m")
 print(f"positions come back to {np.abs(again - walk.joints).max():.1e} m")
 constant = forward_kinematics(rotations, walk.root.astype(np.float64), np.median(lengths_over_time, axis=0), skeleton)
 print(f"with constant bone lengths they move by {1000 * np.linalg.norm(constant - walk.joints, axis=-1).mean():.1f} mm on average")
@@ -145,6 +197,26 @@ waving = Motion(
 display(plot_rows([walk, waving], titles=["recorded", "left arm raised"], poses=8, settings=StickSettings(size=150)))
 
 # %% [markdown]
+# ## What rotations are good for
+# The papers give a motion as three separate things: rotations, the root's path, and bone lengths that do not change. Why not joints as they are? Mix two poses half and half, once their joints, once their rotation vectors, and measure the bones.
+# Turn `mix`:
+
+# %%
+mix = 0.5
+first, second = 5, min(40, len(walk.joints) - 1)
+own = np.median(lengths_over_time, axis=0)
+by_joints = (1 - mix) * constant[first] + mix * constant[second]
+by_rotations = eq6((1 - mix) * rotations[first] + mix * rotations[second], by_joints[0], own, skeleton)
+for name, pose in (("joints", by_joints), ("rotations", by_rotations)):
+    change = bone_lengths(pose, skeleton)[1:] / own[1:] - 1
+    print(f"mixed {name}: bones change by {100 * np.abs(change).mean():.2f} % on average, {100 * np.abs(change).max():.1f} % at most")
+
+# %% [markdown]
+# **Exercise 1.** Write $W_0$ into `eq6`: start `turned` from `rotvec_to_rotmat(rotations[0])`. What does the walk do with `rotations[:, 0] = (0, pi / 2, 0)`? **Exercise 2.** Change `own` to `1.3 * own` in the last cell. Which of the two mixtures can follow?
+#
+# *Answers.* 1: the same poses, facing a quarter turn to the left, on the same path, so that the person walks sideways: the root's place is independent of the rotations. A network is trained so with `--vae.root-rotation true`. 2: only the
+# rotations': bone lengths are an input of Eq. 6, so any body can do any motion; joints have the body in them.
+#
 # ## Data of your own
 # A folder of BVH files with one sub-folder an action is a data set too; `a2v data bvh --data FOLDER` checks it and `a2v train`
 # takes it. Here two clips of the data above are written as BVH and read back.

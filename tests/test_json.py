@@ -31,6 +31,7 @@ REFUSED = {
     "data": ("cmu --data text", "nothing --data text"),
     "doctor": ("--cache text/below",),
     "evaluate": ("--dataset cmu --data text --model cmu --out t.md", "--dataset cmu --data text --model cmu --out t.docx"),
+    "evaluate_clips": ("--data none --out t.md", "--data text --out t.md", "--data text --films 0 --out t.md"),
     "evaluate_moved": ("--data none --out t.md", "--data text --out t.md", "--data text --photos 0 --out t.md"),
     "evaluate_reconstruction": ("--data text --studio none --out t.md", "--data text --studio none --methods magic --out t.md"),
     "motion": (

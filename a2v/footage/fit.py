@@ -6,17 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from a2v.body.anny import AnnyModel
 from a2v.body.fit import one_thread
 from a2v.body.lbfgs import minimize
-from a2v.body.pose_bank import COMPARED, load_pose_bank
 from a2v.body.pose_prior import load_pose_prior
 from a2v.body.pose_space import pose_space
 from a2v.body.registry import load_body_model
 from a2v.body.terms import geman_mcclure, likely_pose, outside, robust_sum
 from a2v.footage.figure import NAMES, Figure
 from a2v.footage.settings import FollowSettings
+from a2v.footage.starts import bridged, smooth_turns, smoother, starts
 from a2v.footage.track import Track
 from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.kinematics.so3 import rotvec_to_rotmat
@@ -46,6 +47,17 @@ _TURNS = 120.0
 """Usual acceleration of an angle, radians per square second."""
 _SLIDE = 0.04
 """Metres a second at which a foot that stands may slide."""
+_SLIDE_WEIGHT = 0.3
+_GROUND_WEIGHT = 0.3
+_LEVEL = 0.02
+"""Expected error of the height of a sole that stands, metres."""
+SOLE = 0.02
+"""Height of the landmarks of heel and toes over the sole, metres."""
+_ANGLE_WEIGHT = 0.1
+_SCALES = (0.3, 0.3, 0.1)
+"""Usual sizes of changes of orientation and angles, radians, and of places, metres."""
+_EVEN = 2.0
+"""Frames over which what the fit starts from is smooth."""
 _SEGMENTS = [
     *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (
         ("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"), ("shoulder", "hip"), ("heel", "foot_index"),
@@ -53,6 +65,7 @@ _SEGMENTS = [
     ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip"), ("left_ear", "right_ear"), ("left_ear", "nose"), ("right_ear", "nose"),
 ]  # fmt: skip
 _ENDS = np.array([[LANDMARK_INDEX[name] for name in pair] for pair in _SEGMENTS])
+SOLES = np.array([[LANDMARK_INDEX[f"{side}_{part}"] for part in ("heel", "foot_index")] for side in ("left", "right")])
 _FEET = [NAMES.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("ankle", "foot")]
 
 
@@ -144,7 +157,7 @@ class FilmFit:
         self._limits = torch.from_numpy(self.space.limits.astype(np.float64))
 
     @one_thread()
-    def fit(self, track: Track, points: FloatArray, *, stands: FloatArray | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
+    def fit(self, track: Track, points: FloatArray, *, stands: Stands | None = None, start: Moves | None = None, progress: Progress | None = None) -> Moves:
         """The body in every frame.
 
         Parameters
@@ -152,8 +165,8 @@ class FilmFit:
         track : Track
         points : (T, 33, 3)
             Its 3D landmarks, whose depths do not flicker (`a2v.footage.modes.steady_depths`).
-        stands : (T, 4) float, optional
-            How surely ankles and toes, left and right, stand: they do not move then.
+        stands : Stands, optional
+            Feet that stand neither move nor leave the ground.
         start : Moves, optional
             Of an earlier fit: shape and tilt are kept.
         progress : Progress, optional
@@ -161,12 +174,12 @@ class FilmFit:
         """
         import torch
 
-        bank = _starts(track, points, self.model)
+        bank = starts(track, points, self.model)
         shape, tilt = (start.shape, start.tilt) if start is not None else self._calibrated(track, points, bank)
         figure = Figure(self.model, torch.from_numpy(shape))
         slope = torch.tensor(tilt, dtype=torch.float64)
-        root, angles = bank
-        place = self._places(track, root, angles, figure, tilt)
+        root, angles = smooth_turns(bank[0], _EVEN), gaussian_filter1d(bank[1], _EVEN, axis=0, mode="nearest")
+        place = gaussian_filter1d(self._places(track, root, angles, figure, tilt), _EVEN, axis=0, mode="nearest")
         window, done = self.settings.window, 0
         joints, landmarks = np.zeros((track.frames, len(NAMES), 3)), np.zeros((track.frames, 33, 3))
         while done < track.frames:
@@ -174,7 +187,7 @@ class FilmFit:
             end = min(track.frames, done + window)
             end = track.frames if track.frames - end < AGAIN else end
             part = slice(first, end)
-            held = None if stands is None else torch.from_numpy(stands[part])
+            held = None if stands is None else (torch.from_numpy(stands.held[part]), stands.ground)
             unknowns = self._window(track.part(part), points[part], (root[part], angles[part], place[part]), figure, slope, done - first, held)
             with torch.no_grad():
                 turns, heads = figure.pose(unknowns.rotmats(), unknowns.angles, unknowns.place)
@@ -186,26 +199,30 @@ class FilmFit:
         return Moves(joints=joints, landmarks=landmarks, shape=shape, tilt=tilt)
 
     def _window(
-        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: Tensor | None
+        self, track: Track, points: FloatArray, start: tuple[FloatArray, FloatArray, FloatArray], figure: Figure, tilt: Tensor, kept: int, held: tuple[Tensor, float] | None
     ) -> _Unknowns:
         """A window's unknowns at the least cost; the first `kept` frames stay as they start."""
         import torch
 
         evidence = _Evidence(track, points)
-        free = [torch.zeros((track.frames - kept, 3), dtype=torch.float64).requires_grad_()]
-        free += [torch.from_numpy(values[kept:].copy()).requires_grad_() for values in start[1:]]
+        count = track.frames - kept
+        easy = torch.from_numpy(smoother(count))
         base = torch.from_numpy(start[0].copy())
-        begun = [torch.zeros((kept, 3), dtype=torch.float64), *(torch.from_numpy(values[:kept].copy()) for values in start[1:])]
+        begun = [torch.zeros((track.frames, 3), dtype=torch.float64), *(torch.from_numpy(values.copy()) for values in start[1:])]
+        free = [torch.zeros_like(values[kept:]).requires_grad_() for values in begun]
 
         def unknowns() -> _Unknowns:
-            root, angles, place = (torch.cat([before, now]) for before, now in zip(begun, free, strict=True))
-            return _Unknowns(base, root, angles, place)
+            changed = [
+                torch.cat([before[:kept], before[kept:] + scale * (easy @ now)]) for before, now, scale in zip(begun, free, _SCALES, strict=True)
+            ]
+            return _Unknowns(base, *changed)
 
         def loss() -> Tensor:
             now = unknowns()
             turns, heads = figure.pose(now.rotmats(), now.angles, now.place)
             joints, marks = figure.joints(turns, heads), figure.landmarks(turns, heads)
-            return self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times, held)
+            cost = self._cost(now, evidence, marks, tilt) + self._smoothness(joints, now.angles, track.times)
+            return cost if held is None else cost + _footing(joints, marks, track.times, held)
 
         minimize(loss, free, steps=self.settings.steps, history=12, tolerance=1e-6)
         found = unknowns()
@@ -215,18 +232,10 @@ class FilmFit:
         cost = evidence.seen(marks, tilt).sum() + outside(now.angles, self._limits, tolerance=0.03).sum()
         return cost + 2.0 * _POSE_WEIGHT * likely_pose(now.angles, self.prior).sum()
 
-    def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray, held: Tensor | None) -> Tensor:
+    def _smoothness(self, joints: Tensor, angles: Tensor, times: FloatArray) -> Tensor:
         """What accelerations cost: squared while they are usual, and like their size beyond, so that hits and kicks stay."""
         cost = _SMOOTH_WEIGHT * _pseudo_huber(_acceleration(joints, times).square().sum(-1) / self.settings.acceleration**2).sum()
-        cost = cost + 0.1 * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
-        if held is not None:
-            import torch
-
-            steps = torch.from_numpy(np.diff(times))[:, None]
-            speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
-            both = torch.minimum(held[1:], held[:-1])
-            cost = cost + (both * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum()
-        return cost
+        return cost + _ANGLE_WEIGHT * _pseudo_huber(_acceleration(angles, times).square() / _TURNS**2).sum()
 
     # --- where it starts
 
@@ -289,9 +298,39 @@ class FilmFit:
         z = -ahead * np.cos(down) - up * np.sin(down)
         cosine, sine = np.cos(track.yaw), np.sin(track.yaw)
         world = np.stack([cosine * right + sine * z, y, -sine * right + cosine * z], axis=-1)
-        world = _bridged(world, track)
+        world = bridged(world, track)
         placed: FloatArray = world - marks[:, trunk].mean(axis=1)
         return placed
+
+
+@dataclass(frozen=True)
+class Stands:
+    """When feet stand, and on what.
+
+    Attributes
+    ----------
+    held : (T, 4)
+        How surely ankles and toes, left and right, stand.
+    ground : float
+        Height of the ground, metres.
+    """
+
+    held: FloatArray
+    ground: float
+
+
+def _footing(joints: Tensor, marks: Tensor, times: FloatArray, stands: tuple[Tensor, float]) -> Tensor:
+    """What feet cost that slide while they stand, that stand over the ground, or that are under it."""
+    import torch
+
+    held, ground = stands
+    steps = torch.from_numpy(np.diff(times))[:, None]
+    speed = (joints[1:, _FEET] - joints[:-1, _FEET]).norm(dim=-1) / steps
+    cost = (torch.minimum(held[1:], held[:-1]) * geman_mcclure((speed / _SLIDE).square(), 10.0)).sum() * _SLIDE_WEIGHT
+    over = marks[:, SOLES, 1] - ground - SOLE  # (T, 2, 2)
+    stood = held.reshape(-1, 2, 2).amax(dim=-1)
+    cost = cost + _GROUND_WEIGHT * (stood * geman_mcclure((over.amin(dim=-1) / _LEVEL).square(), 5.0)).sum()
+    return cost + _GROUND_WEIGHT * (over.clamp(max=0) / _LEVEL).square().sum()
 
 
 def _believed_tilt(track: Track, height: float) -> float:
@@ -315,55 +354,3 @@ def _acceleration(values: Tensor, times: FloatArray) -> Tensor:
     speed = (values[1:] - values[:-1]) / steps
     found: Tensor = 2 * (speed[1:] - speed[:-1]) / (steps[1:] + steps[:-1])
     return found
-
-
-def _bridged(values: FloatArray, track: Track) -> FloatArray:
-    """Values (T, n) with those of frames in which nobody is seen between the others'."""
-    at, seen = np.arange(track.frames), track.seen
-    flat = values.reshape(len(values), -1)
-    columns: list[FloatArray] = [np.interp(at, at[seen], flat[seen, column]) for column in range(flat.shape[1])]
-    filled: FloatArray = np.stack(columns, axis=1).reshape(values.shape)
-    return filled
-
-
-def _starts(track: Track, points: FloatArray, model: AnnyModel) -> tuple[FloatArray, FloatArray]:
-    """Orientation (T, 3, 3) and angles (T, D) of the recorded pose that is most alike, frame by frame, in the world."""
-    bank = load_pose_bank(model)
-    index = [LANDMARK_INDEX[name] for name in COMPARED]
-    own = points[:, index].astype(np.float64)
-    frames = _trunks(own)
-    own = own - own[:, [COMPARED.index("left_hip"), COMPARED.index("right_hip")]].mean(axis=1, keepdims=True)
-    local = np.einsum("tab,tca->tcb", frames, own)
-    theirs = _trunks(bank.points.astype(np.float64))
-    known = np.einsum("nab,nca->ncb", theirs, bank.points)
-    weight = np.sqrt(track.weights[:, index] + 1e-3)[..., None]
-    flat = known.reshape(len(known), -1)
-    roots, angles = np.zeros((track.frames, 3, 3)), np.zeros((track.frames, bank.angles.shape[1]))
-    for frame in range(track.frames):
-        if not track.seen[frame]:
-            continue
-        square = np.broadcast_to(weight[frame] ** 2, local[frame].shape).ravel()
-        gap = flat**2 @ square - 2 * flat @ (square * local[frame].ravel())
-        nearest = int(gap.argmin())
-        cosine, sine = np.cos(track.yaw[frame]), np.sin(track.yaw[frame])
-        turned = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
-        roots[frame] = turned @ frames[frame] @ theirs[nearest].T @ bank.roots[nearest]
-        angles[frame] = bank.angles[nearest]
-    last = int(np.flatnonzero(track.seen)[0])
-    for frame in range(track.frames):  # whoever is not seen stays as they were
-        if track.seen[frame]:
-            last = frame
-        roots[frame], angles[frame] = roots[last], angles[last]
-    return roots, angles
-
-
-def _trunks(points: FloatArray) -> FloatArray:
-    """Orientations (N, 3, 3) of trunks by hips and shoulders of points (N, C, 3), `COMPARED`: columns left, up, ahead."""
-    at = {name: points[:, COMPARED.index(name)] for name in ("left_shoulder", "right_shoulder", "left_hip", "right_hip")}
-    left = at["left_shoulder"] - at["right_shoulder"] + at["left_hip"] - at["right_hip"]
-    up = at["left_shoulder"] + at["right_shoulder"] - at["left_hip"] - at["right_hip"]
-    up = up / np.maximum(np.linalg.norm(up, axis=-1, keepdims=True), 1e-9)
-    left = left - (left * up).sum(-1, keepdims=True) * up
-    left = left / np.maximum(np.linalg.norm(left, axis=-1, keepdims=True), 1e-9)
-    return np.stack([left, up, np.cross(left, up)], axis=-1)
-

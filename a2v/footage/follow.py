@@ -12,8 +12,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from a2v.errors import InputError
+from a2v.footage.expressions import fit_expressions
 from a2v.footage.figure import NAMES, PARENTS, person_skeleton
-from a2v.footage.fit import FilmFit, Moves
+from a2v.footage.fit import SOLE, SOLES, FilmFit, Moves, Stands
 from a2v.footage.modes import steady_depths
 from a2v.footage.reading import RATE, Reel, open_reel
 from a2v.footage.remarks import told_pieces, told_reel, unseen_parts
@@ -26,6 +27,8 @@ from a2v.kinematics.resample import SHOWN_FPS
 from a2v.kinematics.transforms import bone_lengths, inverse_kinematics, on_lengths
 from a2v.types import FloatArray, Motion, Progress
 
+SURE = PlantSettings(least=0.7, most=0.9, speed=0.35)
+"""When a foot surely stands, by joints whose depth is guessed."""
 LOOKING = 0.8
 """Share of the work that is looking at the pictures."""
 _LEGS = tuple(tuple(NAMES.index(f"{side}_{joint}") for joint in ("ankle", "foot")) for side in ("left", "right"))
@@ -101,17 +104,30 @@ def follow_person(
 
     moves = _fitted(track, settings, fitted)
     motion = _motion(moves, track, action=action or Path(path).stem)
+    faces = _faces(own, track, motion.frames)
     remarks = [
         *told_reel(reel, sightings[-1].time, people=tracker.people, asked=np.inf if seconds is None else seconds),
         *told_pieces(pieces_of(sightings), piece, sightings, settings.start),
         *unseen_parts(track, settings.start),
     ]
-    facts = {
+    facts = {**_facts(path, reel, sightings, track, moves), "from": settings.start + own[0].time, "expressions": len(faces)}
+    return Followed(motion=replace(motion, provenance=dict(facts), expressions=faces or None), remarks=tuple(remarks), facts=facts)
+
+
+def _faces(sightings: list[Sighting], track: Track, frames: int) -> dict[str, FloatArray]:
+    """Strengths (frames,) of expressions at 30 frames a second."""
+    shown = fit_expressions([one.face for one in sightings], track.times)
+    at = track.times[0] + np.arange(frames) / SHOWN_FPS
+    return {name: np.interp(at, track.times, strength).astype(np.float32) for name, strength in shown.items()}
+
+
+def _facts(path: str | os.PathLike[str], reel: Reel, sightings: list[Sighting], track: Track, moves: Moves) -> dict[str, Any]:
+    """What `Followed.facts` says, but where the motion begins."""
+    return {
         "source": os.fspath(path), "digest": sha256(path), "video": [reel.width, reel.height], "video_fps": reel.rate, "frames": len(sightings),
-        "seen": sum(one.keypoints is not None for one in sightings), "from": settings.start + own[0].time,
-        "height": round(_camera_height(moves), 2), "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
+        "seen": sum(one.keypoints is not None for one in sightings), "height": round(_camera_height(moves), 2),
+        "tilt": round(float(np.degrees(moves.tilt)), 1), "turns": round(float(np.degrees(np.ptp(track.yaw))), 1),
     }  # fmt: skip
-    return Followed(motion=replace(motion, provenance=dict(facts)), remarks=tuple(remarks), facts=facts)
 
 
 def _longest(sightings: list[Sighting], reel: Reel, settings: FollowSettings, tracker: Tracker) -> Piece:
@@ -134,7 +150,7 @@ def _fitted(track: Track, settings: FollowSettings, progress: Progress) -> Moves
     points = steady_depths(track.points, track.pixels, track.heights, track.times, track.weights)
     fit = FilmFit(settings)
     first = fit.fit(track, points, progress=lambda done, total: progress(done, 2 * total))
-    stands = standing(first.joints, track.times)
+    stands = standing(first, track.times)
     return fit.fit(track, points, stands=stands, start=first, progress=lambda done, total: progress(total + done, 2 * total))
 
 
@@ -147,19 +163,22 @@ def evenly(values: FloatArray, times: FloatArray, fps: float) -> FloatArray:
     return np.asarray(CubicSpline(times, values, axis=0)(at))
 
 
-def standing(joints: FloatArray, times: FloatArray) -> FloatArray:
-    """How surely ankles and toes, left and right, stand in joints (T, J, 3) at `times` (T,): (T, 4)."""
-    even = evenly(joints, times, SHOWN_FPS)
+def standing(moves: Moves, times: FloatArray) -> Stands | None:
+    """When feet stand, of a body at `times` (T,), and on what; None where they never do."""
+    even = evenly(moves.joints, times, SHOWN_FPS)
     if len(even) < 4:
-        return np.zeros((len(joints), 4))
+        return None
     feet = np.stack([even[:, leg] for leg in _LEGS])[:, None]
-    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, PlantSettings())
+    stands, by_toe, _ = contacts(feet, even[None, :, 0], SHOWN_FPS, SURE)
     at = np.clip(np.round((times - times[0]) * SHOWN_FPS).astype(int), 0, len(even) - 1)
     columns = []
     for leg in (0, 1):
         own, toe = stands[leg, 0, at], by_toe[leg, 0, at]
         columns += [own * np.where(toe, 0.2, 1.0), own * np.where(toe, 1.0, 0.6)]
-    return np.stack(columns, axis=1)
+    held = np.stack(columns, axis=1)
+    soles = np.minimum(*(moves.landmarks[:, SOLES[:, part], 1] for part in (0, 1)))  # (T, 2)
+    stood = soles[held.reshape(-1, 2, 2).max(axis=-1) > 0.5]
+    return Stands(held, float(np.median(stood)) - SOLE) if len(stood) else None
 
 
 def _motion(moves: Moves, track: Track, *, action: str) -> Motion:

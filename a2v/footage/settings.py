@@ -31,8 +31,6 @@ class FollowSettings:
         Focal length as for 35 mm film, millimetres; 0: a telephone's.
     camera : str
         "auto": its turns are found from the background; "still": it stands on a tripod.
-    hands : bool
-        Look for fingers, where hands are large enough.
     face : bool
         Look for the face, where it is large enough, and fit the 52 expressions to it.
     acceleration : float
@@ -49,7 +47,6 @@ class FollowSettings:
     height: float = TYPICAL_HEIGHT
     lens: float = 0.0
     camera: str = "auto"
-    hands: bool = True
     face: bool = True
     acceleration: float = 8.0
     window: int = 72

@@ -1,4 +1,4 @@
-"""The same person in every frame of a video: landmarks, hands and face, picture by picture."""
+"""The same person in every frame of a video: landmarks and face, picture by picture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,10 @@ from a2v.errors import InputError
 from a2v.footage.background import Background
 from a2v.footage.reading import Shown
 from a2v.footage.settings import FollowSettings
-from a2v.kinematics.names import LANDMARK_INDEX
 from a2v.perception.bodymap import height_in_pixels, look_at_body, mended
 from a2v.perception.depth import put_upright
 from a2v.perception.detector import Detection, Detector, cut_square
 from a2v.perception.face import FaceDetector
-from a2v.perception.hands import HandDetector
 from a2v.types import ByteArray, FloatArray
 
 SQUARE = 448
@@ -36,8 +34,6 @@ RARELY = 10
 """Frames from one thorough search for somebody who is lost to the next."""
 _EYES = 26.0
 """Pixels of the square between the eyes' outer corners below which a face says little."""
-_HAND = 14.0
-"""Pixels of the video from the wrist to the knuckles below which fingers are not seen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +60,6 @@ class Sighting:
         Left, top, right, bottom, pixels.
     face : (478, 3) float16 or None
         Mediapipe's landmarks, in units of the eyes' distance from their middle: u, v, depth.
-    hands : (2, 21, 4) float32 or None
-        u, v, depth from the wrist in pixels of the picture, larger is nearer, and 1 where that hand is seen.
     """
 
     time: float
@@ -77,11 +71,10 @@ class Sighting:
     height: float = 0.0
     box: FloatArray | None = None
     face: FloatArray | None = None
-    hands: FloatArray | None = None
 
 
 AHEAD = 4
-"""Frames in which the person is found before the body, face and hands of the first of them are done."""
+"""Frames in which the person is found before the body and face of the first of them are done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +90,7 @@ class _Spotted:
 class Tracker:
     """Follows one person; use as a context manager.
 
-    Where the person is in a frame has to be known before the next one is looked at; what is seen of body, face and hands has not, and
+    Where the person is in a frame has to be known before the next one is looked at; what is seen of body and face has not, and
     a second thread does it.
     """
 
@@ -109,13 +102,12 @@ class Tracker:
         self._box: FloatArray | None = None
         self._speed = np.zeros(4, np.float32)
         self._look: FloatArray | None = None
-        self._lost, self._count, self._looked = 0, 0, 0
+        self._lost, self._count = 0, 0
 
     def __enter__(self) -> Self:
         self._stack = ExitStack()
         self._aside = self._stack.enter_context(ThreadPoolExecutor(1))
         self._pose = self._stack.enter_context(Detector())
-        self._hands = self._stack.enter_context(HandDetector()) if self.settings.hands else None
         self._face = self._stack.enter_context(FaceDetector()) if self.settings.face else None
         return self
 
@@ -243,7 +235,6 @@ class Tracker:
             height=float(height_in_pixels(found.landmarks) / scale),
             box=_in_picture(_box_of(person), middle, scale),
             face=self._see_face(image, keypoints),
-            hands=self._see_hands(image, keypoints),
         )
 
     def _see_face(self, image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
@@ -263,35 +254,6 @@ class Tracker:
         if distance < _EYES:
             return None
         return np.asarray((found - eyes.mean(axis=0)) / distance, np.float16)
-
-    def _odd(self) -> bool:
-        """Whether this is every other frame in which somebody is seen."""
-        self._looked += 1
-        return bool(self._looked % 2)
-
-    def _see_hands(self, image: ByteArray, keypoints: FloatArray) -> FloatArray | None:
-        if self._hands is None or self._odd():
-            return None
-        seen = np.zeros((2, 21, 4), np.float32)
-        for row, side in zip(seen, ("left", "right"), strict=True):
-            wrist, elbow, index, little = (keypoints[LANDMARK_INDEX[f"{side}_{name}"]] for name in ("wrist", "elbow", "index", "pinky"))
-            reach = (index[:2] + little[:2]) / 2 - wrist[:2]
-            if min(wrist[2], index[2]) < 0.4:
-                continue
-            half = max(0.6 * float(np.linalg.norm(wrist[:2] - elbow[:2])), 1.6 * float(np.linalg.norm(reach)))
-            if half < 1.8 * _HAND:
-                continue
-            middle = (wrist[:2] + reach).astype(np.float64)
-            square, scale = cut_square(image, middle, half, 224)
-            hand = self._hands.one(square)
-            if hand is None or hand[1] != side:
-                continue
-            points = hand[0].copy()
-            points[:, :2] = (points[:, :2] - 112) / scale + middle
-            points[:, 2] /= scale
-            if np.linalg.norm(points[0, :2] - wrist[:2]) < half:
-                row[:, :3], row[:, 3] = points, 1
-        return seen if seen.any() else None
 
 
 def _some(person: Detection | None) -> list[Detection]:

@@ -77,7 +77,15 @@ def resample_at(motion: Motion, at: FloatArray) -> Motion:
     rotvecs = quat_to_rotvec(quats / np.linalg.norm(quats, axis=-1, keepdims=True))
     root = interpolate(motion.joints[..., 0, :].astype(np.float64), at, axis=-2)
     joints = forward_kinematics(rotvecs, root, interpolate(lengths, at, axis=-2), skeleton)
-    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotvecs.astype(np.float32), root=root.astype(np.float32))
+    rotations, shown = rotvecs.astype(np.float32), _shown_at(motion, at)
+    return dataclasses.replace(motion, joints=joints.astype(np.float32), rotations=rotations, root=root.astype(np.float32), expressions=shown)
+
+
+def _shown_at(motion: Motion, at: FloatArray) -> dict[str, FloatArray] | None:
+    """Expressions at fractional frames `at` (T,), in straight lines: they stay within [0, 1]."""
+    if motion.expressions is None:
+        return None
+    return {name: np.interp(at, np.arange(len(own)), own).astype(np.float32) for name, own in motion.expressions.items()}
 
 
 def interpolate(values: FloatArray, at: FloatArray, axis: int) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from a2v.errors import InputError
+from a2v.face import other_side
 from a2v.kinematics import Skeleton, inverse_kinematics, quat_to_rotvec, rotvec_to_quat, skeleton_of
 from a2v.kinematics.ground import SWAY_SECONDS, GroundTrajectory, ground_trajectory
 from a2v.kinematics.limbs import legs_of
@@ -203,7 +204,7 @@ def mirror_motion(motion: Motion) -> Motion:
     """
     twin = _twins(motion)
     joints = motion.joints[..., twin, :].astype(np.float64) * (-1, 1, 1)
-    return _from_joints(motion, joints)
+    return dataclasses.replace(_from_joints(motion, joints), expressions=other_side(motion.expressions))
 
 
 def change_speed(motion: Motion, speed: float) -> Motion:

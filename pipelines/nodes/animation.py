@@ -29,13 +29,14 @@ def character(colored_surface: Ref[Surface], body: Ref[Body], bind: BindSettings
 
 @memo()
 def poses(motion: Ref[Motion], body: Ref[Body], retarget: RetargetSettings, edit: Edit, blink: BlinkSettings) -> Ref[Poses]:
-    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink. What goes on the spot travels until here."""
+    """Carry the motion over to the body's bones; the feet neither slide nor sink, the eyes blink unless a video showed the face. What goes on the spot travels until here."""
     from a2v import animation
     from a2v.motion.on_rig import retarget_edited
 
     clip = get(motion, Motion)
     moves = retarget_edited(clip, get(body, Body), edit, settings=retarget)
-    return put(Poses(bone_transforms=moves, fps=clip.fps, action=clip.action, expressions=animation.blinking(len(moves), clip.fps, blink)))
+    shown = clip.expressions if clip.expressions and all(len(own) == len(moves) for own in clip.expressions.values()) else None
+    return put(Poses(bone_transforms=moves, fps=clip.fps, action=clip.action, expressions=shown or animation.blinking(len(moves), clip.fps, blink)))
 
 
 @memo()

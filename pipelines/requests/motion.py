@@ -47,7 +47,7 @@ FPS = "frames a second"
 
 MOTION_FILES = f"{readable_motions(', ')}, or a video of somebody"
 """What the options that name a motion's file say."""
-FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "hands", "face")
+FOLLOW_USERS = ("person", "start", "height", "lens", "camera", "face")
 """Settings of `FollowSettings` that everybody may want to change."""
 
 DEFAULT_SECONDS = 5.0

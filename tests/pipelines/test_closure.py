@@ -98,8 +98,8 @@ def test_an_edit_anywhere_in_the_closure_changes_the_key_and_one_outside_does_no
         ("a2v/geometry/rays.py", {"surface", "colored_surface", "photo_body", "body"}, {"motion", "frame", "vertices"}),
         ("a2v/kinematics/transforms.py", {"subject", "motion", "poses", "glb"}, {"frame", "vertices"}),
         ("a2v/sessions.py", {"motion", "surface", "subject"}, {"frame", "photo_body"}),
-        ("a2v/perception/data/depth_correction.npz", {"subject"}, set(STEPS) - {"subject"}),
-        ("a2v/perception/data/bodymap.onnx", {"subject"}, set(STEPS) - {"subject"}),
+        ("a2v/perception/data/depth_correction.npz", {"subject", "recorded_motion"}, set(STEPS) - {"subject", "recorded_motion"}),
+        ("a2v/perception/data/bodymap.onnx", {"subject", "recorded_motion"}, set(STEPS) - {"subject", "recorded_motion"}),
         ("a2v/body/data/pose_prior_anny.npz", {"photo_body", "body"}, {"surface", "poses"}),
         ("a2v/lab/motion/training.py", set(), set(STEPS)),
         ("a2v/version.py", {"glb", "still"}, {"surface", "motion"}),  # the writer names it

@@ -1,0 +1,77 @@
+"""The sample person, who slides to the right of the picture, becomes a motion."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from a2v.errors import InputError
+from a2v.footage.figure import PARENTS, person_skeleton
+from a2v.footage.follow import evenly, follow_person
+from a2v.footage.remarks import clock
+from a2v.kinematics import bone_lengths
+from a2v.kinematics.names import canonical_joints, missing_joints
+from tests.support.footage import QUICK, picture, write_clip
+
+
+def test_the_motion_lasts_as_long_as_the_video(followed):
+    assert followed.motion.fps == 30
+    assert followed.motion.frames == int(0.97 * 30) + 1
+    assert followed.facts["seen"] == followed.facts["frames"] == 20
+
+
+def test_whoever_goes_to_the_right_of_the_picture_goes_to_the_right(found):
+    root = found[1].joints[:, 0]
+    away = root[-1] - root[0]
+    assert away[0] > 0.3  # 95 pixels of somebody who is 180 tall
+    assert abs(away[2]) < 0.35
+
+
+def test_it_is_one_body_on_the_ground_that_faces_the_camera(followed):
+    motion = followed.motion
+    lengths = bone_lengths(motion.joints.astype(np.float64), person_skeleton())
+    assert np.ptp(lengths, axis=0).max() < 2e-3
+    names = motion.joint_names
+    assert abs(motion.joints[:, [names.index("left_foot"), names.index("right_foot")], 1].min()) < 0.06
+    assert 1.4 < motion.joints[:, names.index("head_top"), 1].mean() < 1.85
+    across = motion.joints[:, names.index("left_shoulder")] - motion.joints[:, names.index("right_shoulder")]
+    assert (across[:, 0] > 0.2).all()
+    assert not missing_joints(canonical_joints(names, list(PARENTS)))
+
+
+def test_a_second_shot_and_a_person_who_leaves_are_said(tmp_path):
+    images = [picture(120 + 2 * index) for index in range(12)] + [picture(None)] * 8 + [picture(200, wall=7)] * 7
+    found = follow_person(write_clip(tmp_path / "cut.mp4", images), QUICK)
+    said = " ".join(found.remarks)
+    assert "cut at 0:01.3" in said
+    assert found.motion.frames in (22, 23)  # 11 steps of 1 / 15 s
+
+
+def test_of_two_the_larger_is_followed_and_it_is_said(tmp_path):
+    path = write_clip(tmp_path / "two.mp4", [picture(100 + index, others=(260,)) for index in range(8)])
+    found = follow_person(path, QUICK)
+    assert "2 people" in " ".join(found.remarks)
+    with pytest.raises(InputError, match=r"follow\.person is 3"):
+        follow_person(path, dataclasses.replace(QUICK, person=3))
+
+
+def test_nobody_is_said_in_one_sentence(tmp_path):
+    path = write_clip(tmp_path / "empty.mp4", [picture(None)] * 6)
+    with pytest.raises(InputError, match="no person found"):
+        follow_person(path, QUICK)
+    with pytest.raises(InputError, match="start is 9"):
+        follow_person(path, dataclasses.replace(QUICK, start=9.0))
+
+
+def test_even_times_keep_what_is_linear():
+    times = np.cumsum(np.random.default_rng(0).uniform(0.02, 0.05, 30))
+    values = np.stack([3 * times, 1 - times], axis=-1)
+    made = evenly(values, times, 30)
+    at = times[0] + np.arange(len(made)) / 30
+    assert np.allclose(made, np.stack([3 * at, 1 - at], axis=-1))
+
+
+def test_times_are_written_as_clocks():
+    assert [clock(value) for value in (0, 3.24, 59.96, 125)] == ["0:00.0", "0:03.2", "1:00.0", "2:05.0"]

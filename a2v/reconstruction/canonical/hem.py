@@ -154,8 +154,8 @@ def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
     shadows = []
     for place in _TROUSERS:
         left, right = (np.array([np.interp(place, _ALONG, axis[:, k]) for k in range(3)]) for axis in posed)
-        shadows.append(np.linalg.norm(left - right) > _APART and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM)
-    return bool(np.all(shadows))
+        shadows.append(bool(np.linalg.norm(left - right) > _APART) and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM)
+    return all(shadows)
 
 
 def _strip(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, heights: tuple[float, float]) -> FloatArray:

@@ -7,6 +7,7 @@ import numpy as np
 from a2v.body.parts import on_parts
 from a2v.geometry.mesh import face_normals
 from a2v.geometry.rays import RayScene
+from a2v.reconstruction.canonical.hem import shadow_between_legs
 from a2v.types import Body, BoolArray, Camera, FloatArray, Subject, Surface
 
 _GAP = 0.05
@@ -52,7 +53,9 @@ def hangs_between_legs(surface: Surface, body: Body, subject: Subject, camera: C
     within = RayScene(surface.vertices, surface.faces).crossings(np.asarray(middle[telling], np.float32), flat) > 0
     if within[: max(least, int(within.size * 0.6))].mean() < _SHARE:
         return False
-    return _alike(middle[telling][within], away[telling][within], body, subject, camera) >= _SHARE
+    if _alike(middle[telling][within], away[telling][within], body, subject, camera) < _SHARE:
+        return False
+    return not shadow_between_legs(subject, body, camera)
 
 
 def _hips_bent(body: Body) -> float:

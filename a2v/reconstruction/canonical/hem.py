@@ -29,7 +29,7 @@ _LOWEST = 1.6
 """Farther down it is no hem of a skirt whose legs are together, but of trousers."""
 _UNEVEN = 0.14
 """Hems of both legs lie at most so far apart along them, metres: above a raised knee it slides up."""
-_OVER = (0.01, 0.05)
+_OVER = (0.03, 0.08)
 """The cloth between both legs is asked so far above the hem, metres."""
 _APART = 0.04
 """Legs whose axes are nearer to each other there, metres, have nothing between them."""
@@ -37,8 +37,10 @@ _ALIKE = 14.0
 """What lies between has a colour of the legs' cloth, in units of `_stuff`."""
 _FILLED = 0.9
 """So large a share of it."""
-_SEAM = 5.0
+_SEAM = 6.0
 """Between the legs of shorts lies a shadow: by so much less is the lightness there, CIELAB."""
+_TROUSERS = (0.6, 0.9, 1.2)
+"""Where trousers show it, in terms of `_ALONG`: a fold of a skirt does not run down the middle everywhere."""
 
 
 def skirt_hem(subject: Subject, body: Body, camera: Camera) -> tuple[float, float] | None:
@@ -139,14 +141,35 @@ def _filled(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray
     """Whether right above the hem, between its places on both axes (3,), there is cloth of the legs' colours (m, 3), and no shadow of two legs."""
     if np.linalg.norm(left - right) < _APART:
         return True
+    colors = _strip(lab, camera, left, right, _OVER)
+    away = np.linalg.norm(_stuff(colors)[:, :, None] - _stuff(palette), axis=-1).min(axis=-1)
+    return bool((away < _ALIKE).mean() > _FILLED and _shadow(colors) < _SEAM)
+
+
+def shadow_between_legs(subject: Subject, body: Body, camera: Camera) -> bool:
+    """Whether the photo shows a shadow down the middle between both legs: these are trousers, though nothing else lies between."""
+    from skimage.color import rgb2lab
+
+    lab, (posed, _) = np.asarray(rgb2lab(subject.image), np.float64), _axes(body)
+    shadows = []
+    for place in _TROUSERS:
+        left, right = (np.array([np.interp(place, _ALONG, axis[:, k]) for k in range(3)]) for axis in posed)
+        shadows.append(bool(np.linalg.norm(left - right) > _APART) and _shadow(_strip(lab, camera, left, right, (-0.03, 0.03))) > _SEAM)
+    return all(shadows)
+
+
+def _strip(lab: FloatArray, camera: Camera, left: FloatArray, right: FloatArray, heights: tuple[float, float]) -> FloatArray:
+    """Colours (5, 15, 3) from a place on the left leg's axis (3,) to one on the right leg's, so far above it, metres."""
     share = np.linspace(0.0, 1.0, 15)[:, None]
     rows = []
-    for over in np.linspace(*_OVER, 5):
+    for over in np.linspace(*heights, 5):
         pixels = np.floor(camera.project(left + share * (right - left) + [0.0, over, 0.0])).astype(np.int64)
         column, row = np.clip(pixels, 0, np.array(lab.shape[1::-1]) - 1).T
         rows.append(lab[row, column])
-    colors = np.stack(rows)
-    away = np.linalg.norm(_stuff(colors)[:, :, None] - _stuff(palette), axis=-1).min(axis=-1)
+    return np.stack(rows)
+
+
+def _shadow(colors: FloatArray) -> float:
+    """By how much darker the middle of a strip (5, 15, 3) is than both its ends; a fold, which is narrow, counts little."""
     light = colors[..., 0].mean(axis=0)
-    seam = min(light[:4].mean(), light[-4:].mean()) - light[5:10].min()
-    return bool((away < _ALIKE).mean() > _FILLED and seam < _SEAM)
+    return float(min(light[:4].mean(), light[-4:].mean()) - np.sort(light[4:11])[1:4].mean())

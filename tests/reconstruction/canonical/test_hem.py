@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from a2v.body.parts import PARTS, on_parts
-from a2v.reconstruction.canonical.hem import skirt_hem
+from a2v.reconstruction.canonical.hem import shadow_between_legs, skirt_hem
 from a2v.reconstruction.canvas import bare_legs
 from a2v.types import Body, Subject
 from tests.support.faces import CAMERA, photographed
@@ -48,10 +48,16 @@ def test_bare_legs_come_out_of_a_skirt(body: Body, knee: float) -> None:
 
 
 def test_shorts_trousers_and_strange_legs_are_no_skirt(body: Body, knee: float) -> None:
-    assert skirt_hem(_dressed(body, knee + 0.08, gap=24), body, CAMERA) is None  # two legs of shorts
+    assert skirt_hem(_dressed(body, knee + 0.08, gap=80), body, CAMERA) is None  # two legs of shorts
     assert skirt_hem(_dressed(body, knee - 0.6), body, CAMERA) is None  # trousers
     assert skirt_hem(_dressed(body, knee + 0.08, below=(240, 240, 240)), body, CAMERA) is None  # a long shirt over white trousers
     assert skirt_hem(dataclasses.replace(_dressed(body, knee + 0.08), face=None), body, CAMERA) is None
+
+
+def test_trousers_have_a_shadow_between_the_legs_and_skirts_have_none(body: Body, knee: float) -> None:
+    assert shadow_between_legs(_dressed(body, knee - 0.6, gap=60), body, CAMERA)
+    assert not shadow_between_legs(_dressed(body, knee - 0.6), body, CAMERA)
+    assert not shadow_between_legs(_dressed(body, knee - 0.6, gap=8), body, CAMERA)  # a fold
 
 
 def test_legs_take_no_cloth_and_cloth_no_legs_around_a_hem() -> None:

@@ -138,7 +138,7 @@ def test_the_command_adds_what_is_asked_for(data_dir: Path, tmp_path: Path) -> N
     again = tmp_path / "again.glb"
     answered("--character", str(out), "--action", "Walk", "--frames", "12", "--out", str(again))
     assert [clip["name"] for clip in read_glb(again).json["animations"]] == ["Walk", "humanoid3d_walk", "Walk_2"]
-    with pytest.raises(InputError, match="same kind as a.fbx"):
+    with pytest.raises(InputError, match=r"same kind as a\.fbx"):
         answered("--character", "a.fbx", "--action", "Walk", "--out", str(again))
     with pytest.raises(InputError, match=r"no motion asked for"):
         answered("--character", source, "--out", str(again))
